@@ -1,0 +1,210 @@
+/* hebra/model.h - what is simulated: definitions that a scene (or a program) fills in, and the constant tables
+ * compiled from them.
+ *
+ * Vertices count from 0 .. nv-1, edge j joins vertices j and j+1, interior vertices are 1 .. nv-2 (docs/theory).
+ * In the compiled model all rods lie one behind the other in one numbering of slots: vertex i of a rod is slot
+ * first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
+#ifndef HEBRA_MODEL_H
+#define HEBRA_MODEL_H
+
+#include "hebra/base.h"
+#include "hebra/formula.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- definitions: plain data, owned by the definition, freed by hb_scene_def_free --------------------------- */
+
+typedef enum hb_support_kind {
+  HB_SUPPORT_POSITION, /* a vertex: each axis is free, held, or follows a formula of t (x, y, z: initial place) */
+  HB_SUPPORT_TANGENT,  /* an edge's direction follows formulas of t (or is held); the base vertex must be held too */
+  HB_SUPPORT_ANGLE,    /* an edge's material angle, against the Bishop frame of the initial shape, formula of t */
+  HB_SUPPORT_DIRECTOR  /* an edge's first director m1 in space, formulas of t, projected normal to the edge */
+} hb_support_kind;
+
+/* A boundary condition at any vertex or edge (rows A7 of the mission). */
+typedef struct hb_support_def {
+  hb_support_kind kind;
+  int index;              /* vertex (POSITION) or edge (others), 0-based; negative counts from the end: -1 is last */
+  bool held;              /* POSITION, TANGENT: as in the initial shape. ANGLE: as the relaxed initial state has it */
+  bool axis_free[3];      /* POSITION: this coordinate is free */
+  bool base_is_end;       /* TANGENT: the base vertex is index+1 and vertex index is carried (for a rod's last edge) */
+  hb_formula *value[3];   /* POSITION x, y, z; TANGENT direction; DIRECTOR m1. Any of them of t. NULL where held/free */
+  hb_formula *angle;      /* ANGLE: angle in radians. DIRECTOR: extra turn about the tangent. May be NULL (0).
+                             Windings count: going from 0 to 6 pi is three turns. */
+  int line, column;       /* place in the scene file, 0 if none */
+} hb_support_def;
+
+/* One rod. Arrays have nv entries per vertex, nv-1 per edge. */
+typedef struct hb_rod_def {
+  char *name;
+  int nv;                 /* >= 3 */
+  double *rest;           /* 3 nv: rest shape; gives rest lengths, rest curvature, and (with rest_m1) natural twist */
+  double *rest_m1;        /* 3 (nv-1) first directors on the rest shape, projected and normalised; NULL: Bishop frame
+                             of the rest shape, turned by natural_twist */
+  double *natural_twist;  /* nv: twist per length at interior vertices (radians per length); NULL: 0 */
+  double *initial;        /* 3 nv: initial shape */
+  double *velocity;       /* 3 nv: initial velocity; NULL: at rest */
+  double *mass;           /* nv: > 0 */
+  double *B;              /* 3 (nv-1): B11, B12, B22 of edge j in its material frame; positive semi-definite */
+  double *beta;           /* nv: twisting modulus at interior vertices, >= 0 */
+  double *viscosity;      /* nv-1: bending-rate viscosity, same unit as B times time; NULL: 0 */
+  double mass_damping;    /* 1/time: force -c m v */
+  double first_director[3]; /* m1 of the first edge in the initial shape (projected); 0,0,0: chosen by the library */
+  bool straight_rest;     /* rest curvature taken as zero whatever `rest` is: only its lengths count */
+  bool lengths_from_initial; /* rest lengths = edge lengths of the initial shape */
+  double radius;          /* for drawing and for drag on a thickness, > 0 */
+  hb_support_def *supports;
+  int support_count;
+  int line, column;
+} hb_rod_def;
+
+typedef enum hb_force_kind {
+  HB_FORCE_GRAVITY,     /* value = acceleration */
+  HB_FORCE_POINT,       /* value = force on one vertex */
+  HB_FORCE_DISTRIBUTED, /* value = force per length; acts with the Voronoi length of each vertex */
+  HB_FORCE_PER_VERTEX,  /* value = force on every vertex (as the thesis's F_ext) */
+  HB_FORCE_WIND         /* value = velocity of the medium; drag by `normal`, `tangential` coefficients */
+} hb_force_kind;
+
+/* A load. Components are formulas of t and place (x, y, z now) and s, u, i, L. */
+typedef struct hb_force_def {
+  hb_force_kind kind;
+  int rod;              /* index, or -1 for every rod */
+  int vertex;           /* POINT: vertex, negative from the end */
+  hb_formula *value[3]; /* in space, or along (t, m1, m2) of the rod where follower */
+  bool follower;        /* POINT, DISTRIBUTED, PER_VERTEX: turns with the material frame */
+  double linear[2];     /* WIND: force per length = -linear * relative velocity, [normal, tangential] */
+  double quadratic[2];  /* WIND: force per length = -quadratic * |w| w of the normal and tangential part */
+  int line, column;
+} hb_force_def;
+
+typedef enum hb_length_tolerance_kind {
+  HB_TOLERANCE_RELATIVE, /* max |C_j| / |rest e^j| */
+  HB_TOLERANCE_ABSOLUTE  /* max |C_j|, as the thesis printed it */
+} hb_length_tolerance_kind;
+
+typedef struct hb_method_def {
+  char *integrator;       /* "symplectic-euler" or "verlet" */
+  double time_step;       /* > 0 */
+  double duration;        /* >= 0 */
+  double length_tolerance; /* default 1e-10 */
+  hb_length_tolerance_kind length_tolerance_kind;
+  int max_projections;    /* iterations before giving up, default 100 */
+  int max_twist_iterations; /* default 100 */
+  int line, column;
+} hb_method_def;
+
+typedef struct hb_output_def {
+  int every;              /* steps between frames, >= 1 */
+  double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
+} hb_output_def;
+
+/* A whole scene. */
+typedef struct hb_scene_def {
+  char *title, *description, *path; /* path of the scene file, may be NULL */
+  char *source;                     /* the scene file's text with --set applied, kept in the output; may be NULL */
+  hb_parameter *parameters;
+  int parameter_count;
+  hb_rod_def *rods;
+  int rod_count;
+  hb_force_def *forces;
+  int force_count;
+  hb_method_def method;
+  hb_output_def output;
+} hb_scene_def;
+
+/* Sets every default (strings NULL, integrator "verlet" allocated on demand: NULL means "verlet"). */
+void hb_scene_def_init(hb_scene_def *def);
+void hb_rod_def_init(hb_rod_def *def);
+void hb_force_def_init(hb_force_def *def);
+void hb_support_def_init(hb_support_def *def);
+void hb_scene_def_free(hb_scene_def *def); /* frees everything inside, also formulas; not the struct itself */
+
+/* ---- compiled model: constant during a run, shared between threads ------------------------------------------ */
+
+typedef struct hb_rod {
+  const char *name;
+  int index, first, nv;
+  bool closed_form;   /* isotropic, straight at rest, no viscosity: twist in closed form */
+  bool twist_free;    /* closed_form and no span has both ends held: no twisting moment ever */
+  double length;      /* rest length */
+  int first_span, span_count;
+} hb_rod;
+
+/* A stretch of a rod between neighbouring edges whose material frame is prescribed, or a rod's end. */
+typedef struct hb_span {
+  int rod;
+  int first_edge, last_edge;   /* slots; the span's interior vertices are first_edge+1 .. last_edge */
+  int first_frame, last_frame; /* index into frames, or -1: stress-free end */
+  int first_panel, panel_count; /* panels of at most HB_PANEL_EDGES edges; 0 where the span carries no twist */
+  double compliance;           /* sum of l_i / (2 beta_i) */
+  double natural_twist;        /* sum of rest twists */
+} hb_span;
+#define HB_PANEL_EDGES 64
+
+/* Edges from .. to of a span; the director at `to` is carried in time so that windings are never lost. */
+typedef struct hb_panel {
+  int from, to;
+} hb_panel;
+
+typedef struct hb_position_support {
+  int slot;               /* vertex */
+  const hb_support_def *def;
+  bool tangent;           /* this vertex is placed along a prescribed tangent from base */
+  int base, edge;         /* tangent: base vertex slot and edge slot; sign: +1 vertex = base + l t, -1 base - l t */
+  double sign;
+  bool fixed[3];
+  double initial[3];
+} hb_position_support;
+
+typedef struct hb_frame_support {
+  int slot;               /* edge */
+  const hb_support_def *def;
+} hb_frame_support;
+
+typedef struct hb_model {
+  const hb_scene_def *def; /* must outlive the model */
+  int rod_count, nv;       /* nv: slots in all */
+  hb_rod *rods;
+  /* one entry per slot (or 2, 3, 4 where said) */
+  int *rod_of;
+  double *rest_length, *inv_rest_length; /* |e-bar^j|; 0 at a rod's last slot */
+  double *arc;             /* arc length of vertices in the rest shape */
+  double *voronoi;         /* l_i = |e-bar^{i-1}| + |e-bar^i|; 0 at end vertices */
+  double *weight;          /* length that belongs to a vertex: l_i/2, half an edge at ends */
+  double *mass;
+  double *inv_mass;        /* 3 per slot: 0 for a prescribed coordinate */
+  double *alpha;           /* bending modulus at interior vertices (closed-form rods) */
+  double *bend_gain;       /* 8 alpha_i / l_i: the only bending number a closed-form step needs */
+  double *B;               /* 3 per edge slot: B11 B12 B22 */
+  double *viscosity;       /* per edge slot */
+  double *beta;            /* interior vertices */
+  double *twist_gain;      /* 2 beta_i / l_i */
+  double *rest_twist;      /* m-bar_i */
+  double *rest_omega;      /* 4 per interior vertex: omega-bar_i^{i-1} (2), omega-bar_i^i (2) */
+  hb_span *spans;
+  int span_count;
+  hb_panel *panels;
+  int panel_count;
+  hb_position_support *positions;
+  int position_count;
+  hb_frame_support *frames;
+  int frame_count;
+  int *frame_of;           /* per edge slot: index into frames or -1 */
+  bool any_general, any_viscosity, any_follower;
+  double *initial;         /* 3 per slot, made to satisfy the lengths */
+  double initial_correction; /* largest distance that a vertex of the initial shape was moved for that */
+  char **notes;            /* sentences that check and run show, e.g. "constraints leave no room" */
+  int note_count;
+} hb_model;
+
+/* Checks every rule and compiles. def stays owned by the caller and must outlive the model. */
+hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err);
+void hb_model_free(hb_model *model);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,54 @@
+/* hebra/plug.h - the three small interfaces through which parts meet.
+ *
+ * A new effect is one file that exports one const object, one line in the list in src/sim/builtin.c, and it is swept by
+ * the contract tests from then on. */
+#ifndef HEBRA_PLUG_H
+#define HEBRA_PLUG_H
+
+#include "hebra/sim.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* External loads: a force on the vertices that depends on time, place and velocity. */
+typedef struct hb_force_term {
+  const char *name, *text;
+  /* Is there anything to do for this model? */
+  bool (*active)(const hb_model *model);
+  /* Adds the force at time t to f (3 per slot). Reads x, v, and m1/tangent per edge where follower loads need them
+   * (NULL otherwise). */
+  void (*add)(const hb_model *model, double t, const double *x, const double *v, const double *m1, double *f);
+  /* Potential energy, if the force has one that is a function of x alone; NULL otherwise. */
+  double (*energy)(const hb_model *model, double t, const double *x);
+} hb_force_term;
+
+/* A set of scalar constraints C(x) = 0 with tridiagonal coupling along each rod. */
+typedef struct hb_constraint {
+  const char *name, *text;
+  /* Number of rows on one rod. */
+  int (*count)(const hb_model *model, const hb_rod *rod);
+  /* values[row] and, where not NULL, rows[6*row]: derivative by the vertices row and row+1 of the rod. */
+  void (*evaluate)(const hb_model *model, const hb_rod *rod, const double *x, double *values, double *rows);
+} hb_constraint;
+
+/* What an integrator works on: model, state, workspace, force evaluation (src/time/stepper.h). */
+typedef struct hb_stepper hb_stepper;
+
+/* A time integrator. */
+typedef struct hb_integrator {
+  const char *name, *text;
+  int order;          /* claimed order of convergence */
+  bool symmetric;     /* conserves angular momentum to round-off and shows no energy drift */
+  hb_status (*step)(hb_stepper *stepper, double h, hb_error *err);
+} hb_integrator;
+
+/* The lists, NULL-terminated, in the order in which parts run. */
+extern const hb_force_term *const hb_force_terms[];
+extern const hb_constraint *const hb_constraints[];
+extern const hb_integrator *const hb_integrators[];
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,107 @@
+/* hebra/sim.h - a running simulation: create, step, measure. */
+#ifndef HEBRA_SIM_H
+#define HEBRA_SIM_H
+
+#include "hebra/model.h"
+#include "hebra/state.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct hb_sim hb_sim;
+
+/* Stages of a step, for timings. */
+typedef enum hb_stage {
+  HB_STAGE_TWIST,   /* frames and quasi-static twist */
+  HB_STAGE_ELASTIC, /* bending and twisting forces */
+  HB_STAGE_LOADS,   /* gravity, loads, wind, damping */
+  HB_STAGE_MOVE,    /* kick, drift, supports */
+  HB_STAGE_PROJECT, /* inextensibility */
+  HB_STAGE_COUNT
+} hb_stage;
+extern const char *const hb_stage_names[HB_STAGE_COUNT];
+
+/* Builds the initial state (lengths corrected, frames set, twist relaxed, forces evaluated). model must outlive it. */
+hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err);
+void hb_sim_free(hb_sim *sim);
+
+/* One step of method.time_step. Allocates nothing. On HB_ERR_NUMERIC the state is that before the step. */
+hb_status hb_sim_step(hb_sim *sim, hb_error *err);
+
+const hb_model *hb_sim_model(const hb_sim *sim);
+hb_state *hb_sim_state(hb_sim *sim);
+const hb_state *hb_sim_const_state(const hb_sim *sim);
+double hb_sim_time(const hb_sim *sim);
+long hb_sim_steps(const hb_sim *sim);
+long hb_sim_total_steps(const hb_sim *sim); /* ceil(duration / time_step - 1e-9) */
+size_t hb_sim_memory(const hb_sim *sim);    /* bytes of state and workspace */
+/* Seconds spent per stage, extrapolated from the timed steps. Only if hb_sim_time_stages(sim, n): time every n-th step. */
+void hb_sim_time_stages(hb_sim *sim, int every);
+void hb_sim_stage_seconds(const hb_sim *sim, double seconds[HB_STAGE_COUNT]);
+
+/* Puts a saved block (count doubles, from hb_state.block) back. HB_ERR_INPUT if it does not fit the model. */
+hb_status hb_sim_restore(hb_sim *sim, const double *block, size_t count, hb_error *err);
+
+/* ---- measuring: everything a user may want to see, computed from a state ----------------------------------- */
+
+typedef enum hb_location { HB_ON_VERTEX, HB_ON_EDGE } hb_location;
+
+/* name, components, location, unit in words of the user's units, one sentence */
+#define HB_FRAME_FIELDS(F)                                                                                     \
+  F(position, 3, HB_ON_VERTEX, "length", "vertex positions")                                                   \
+  F(velocity, 3, HB_ON_VERTEX, "length/time", "vertex velocities")                                             \
+  F(tangent, 3, HB_ON_EDGE, "1", "unit tangent t^j")                                                           \
+  F(m1, 3, HB_ON_EDGE, "1", "first material director")                                                         \
+  F(m2, 3, HB_ON_EDGE, "1", "second material director, t x m1")                                                \
+  F(bishop_u, 3, HB_ON_EDGE, "1", "Bishop frame, equal to m1 on each rod's first edge when theta^0 = 0")        \
+  F(bishop_v, 3, HB_ON_EDGE, "1", "t x u")                                                                     \
+  F(theta, 1, HB_ON_EDGE, "rad", "material angle against the Bishop frame, windings counted")                  \
+  F(curvature_binormal, 3, HB_ON_VERTEX, "1", "(kappa b)_i, integrated, 0 at end vertices")                    \
+  F(curvature, 1, HB_ON_VERTEX, "1/length", "|kappa b|/(l_i/2)")                                               \
+  F(omega, 4, HB_ON_VERTEX, "1", "material curvatures omega_i^{i-1} (2) and omega_i^i (2), integrated")        \
+  F(twist, 1, HB_ON_VERTEX, "rad", "twist m_i, integrated")                                                    \
+  F(twist_density, 1, HB_ON_VERTEX, "rad/length", "m_i/(l_i/2)")                                               \
+  F(energy_bending, 1, HB_ON_VERTEX, "energy", "bending energy of the vertex")                                 \
+  F(energy_twisting, 1, HB_ON_VERTEX, "energy", "twisting energy of the vertex")                               \
+  F(energy_kinetic, 1, HB_ON_VERTEX, "energy", "kinetic energy of the vertex")                                 \
+  F(tension, 1, HB_ON_EDGE, "force", "axial force, positive in tension")                                       \
+  F(twisting_moment, 1, HB_ON_VERTEX, "force*length", "M_i = 2 beta_i (m_i - rest)/l_i")                       \
+  F(reaction, 3, HB_ON_VERTEX, "force", "force of a support on a prescribed vertex")                           \
+  F(torque, 1, HB_ON_EDGE, "force*length", "torque about the tangent of a support on a prescribed frame")
+
+/* A measured moment. Arrays run over slots as in the model; unused slots are 0. */
+typedef struct hb_frame {
+  double time;
+  long step;
+  double kinetic, bending, twisting, gravity; /* energies; gravity only for constant uniform fields */
+  double work_loads, work_supports, dissipated; /* totals since the start; work_loads includes gravity */
+  double balance;                    /* kinetic+bending+twisting now - at start - work + dissipated: the scheme's error */
+  double momentum[3], angular_momentum[3];
+  double length_error, worst_length_error;
+#define HB_DECLARE(name, components, location, unit, text) double *name;
+  HB_FRAME_FIELDS(HB_DECLARE)
+#undef HB_DECLARE
+} hb_frame;
+
+typedef struct hb_frame_field {
+  const char *name;
+  int components;
+  hb_location location;
+  const char *unit, *text;
+  size_t offset; /* of the pointer inside hb_frame */
+} hb_frame_field;
+extern const hb_frame_field hb_frame_fields[];
+extern const int hb_frame_field_count;
+
+hb_status hb_frame_create(const hb_model *model, hb_frame **out, hb_error *err);
+void hb_frame_free(hb_frame *frame);
+/* Fills frame from the sim's current state. Does not change the state. */
+void hb_sim_measure(hb_sim *sim, hb_frame *frame);
+/* The rod's own totals: kinetic, bending, twisting. */
+void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,8 @@
+/* Wall clock for timings and progress; never part of a result. */
+#ifndef HB_BASE_CLOCK_H
+#define HB_BASE_CLOCK_H
+
+/* Seconds from an arbitrary start, monotonic, nanosecond resolution. */
+double hb_clock_now(void);
+
+#endif
