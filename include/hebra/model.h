@@ -131,6 +131,8 @@ typedef struct hb_rod {
   bool twist_free;    /* closed_form and no span has both ends held: no twisting moment ever */
   double length;      /* rest length */
   int first_span, span_count;
+  int first_frame, frame_count;       /* its entries in frames, in order of edges */
+  int first_position, position_count; /* its entries in positions, bases before what hangs on them */
 } hb_rod;
 
 /* A stretch of a rod between neighbouring edges whose material frame is prescribed, or a rod's end. */
@@ -184,6 +186,8 @@ typedef struct hb_model {
   double *twist_gain;      /* 2 beta_i / l_i */
   double *rest_twist;      /* m-bar_i */
   double *rest_omega;      /* 4 per interior vertex: omega-bar_i^{i-1} (2), omega-bar_i^i (2) */
+  double *rest_pull;       /* 4: B^j omega-bar_i^j */
+  double *start_m1;        /* 3 per rod: u^0, director of the first Bishop frame of the initial shape */
   hb_span *spans;
   int span_count;
   hb_panel *panels;
@@ -194,8 +198,7 @@ typedef struct hb_model {
   int frame_count;
   int *frame_of;           /* per edge slot: index into frames or -1 */
   bool any_general, any_viscosity, any_follower;
-  double *initial;         /* 3 per slot, made to satisfy the lengths */
-  double initial_correction; /* largest distance that a vertex of the initial shape was moved for that */
+  double *initial;         /* 3 per slot: the initial shape as given, supports at t = 0 in their places */
   char **notes;            /* sentences that check and run show, e.g. "constraints leave no room" */
   int note_count;
 } hb_model;

@@ -14,13 +14,15 @@ extern "C" {
 /* External loads: a force on the vertices that depends on time, place and velocity. */
 typedef struct hb_force_term {
   const char *name, *text;
-  /* Is there anything to do for this model? */
-  bool (*active)(const hb_model *model);
-  /* Adds the force at time t to f (3 per slot). Reads x, v, and m1/tangent per edge where follower loads need them
-   * (NULL otherwise). */
-  void (*add)(const hb_model *model, double t, const double *x, const double *v, const double *m1, double *f);
-  /* Potential energy, if the force has one that is a function of x alone; NULL otherwise. */
-  double (*energy)(const hb_model *model, double t, const double *x);
+  /* Is there anything to do for this rod? */
+  bool (*active)(const hb_model *model, const hb_rod *rod);
+  /* Adds the force on one rod at time t to f. x, v, f, m1: 3 per slot of the whole model; only the rod's slots are
+   * read and written. m1 (first directors) is NULL unless the model has follower loads. */
+  void (*add)(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v, const double *m1,
+              double *f);
+  /* Potential energy of one rod, if the force has one that is a function of x (and t) alone; NULL otherwise. */
+  double (*energy)(const hb_model *model, const hb_rod *rod, double t, const double *x);
+  bool dissipative; /* its work counts as dissipated energy, not as work of loads */
 } hb_force_term;
 
 /* A set of scalar constraints C(x) = 0 with tridiagonal coupling along each rod. */

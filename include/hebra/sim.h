@@ -26,12 +26,15 @@ extern const char *const hb_stage_names[HB_STAGE_COUNT];
 hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err);
 void hb_sim_free(hb_sim *sim);
 
-/* One step of method.time_step. Allocates nothing. On HB_ERR_NUMERIC the state is that before the step. */
+/* One step of method.time_step. Allocates nothing. After an error the state is not to be used any more; restore a
+ * block that was saved before to go on. */
 hb_status hb_sim_step(hb_sim *sim, hb_error *err);
 
 const hb_model *hb_sim_model(const hb_sim *sim);
 hb_state *hb_sim_state(hb_sim *sim);
 const hb_state *hb_sim_const_state(const hb_sim *sim);
+/* Largest distance that a vertex of the initial shape was moved so that all edges have their rest lengths. */
+double hb_sim_initial_correction(const hb_sim *sim);
 double hb_sim_time(const hb_sim *sim);
 long hb_sim_steps(const hb_sim *sim);
 long hb_sim_total_steps(const hb_sim *sim); /* ceil(duration / time_step - 1e-9) */

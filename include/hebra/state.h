@@ -36,6 +36,7 @@ typedef enum hb_extent {
   HB_PER_VISCOUS,    /* slots if the model has bending-rate viscosity, else none */
   HB_PER_PANEL,
   HB_PER_SPAN,
+  HB_PER_ROD,
   HB_PER_FRAME
 } hb_extent;
 
@@ -46,7 +47,7 @@ typedef enum hb_extent {
   F(v, HB_PER_SLOT, 3, "vertex velocities")                                                                    \
   F(force, HB_PER_SLOT, 3, "total force on the vertices at the current positions, without constraints")        \
   F(load, HB_PER_SLOT, 3, "the part of it that comes from external loads")                                     \
-  F(tension, HB_PER_SLOT, 1, "axial force in each edge, positive in tension, mean over the last step")          \
+  F(lambda, HB_PER_SLOT, 1, "multiplier of each edge's length in the last projection, a first guess for the next")          \
   F(moment, HB_PER_SPAN, 1, "twisting moment of each span of closed-form rods")                                \
   F(m1, HB_PER_GENERAL, 3, "first material director of each edge (general rods)")                              \
   F(tangent, HB_PER_GENERAL, 3, "tangent to which m1 belongs (general rods)")                                  \
@@ -58,7 +59,11 @@ typedef enum hb_extent {
   F(panel_twist, HB_PER_PANEL, 1, "twist over the panel with windings")                                        \
   F(frame_m1, HB_PER_FRAME, 3, "held director before its prescribed turning, per prescribed edge")             \
   F(frame_tangent, HB_PER_FRAME, 3, "tangent to which it belongs")                                             \
-  F(frame_angle, HB_PER_FRAME, 1, "prescribed angle at the current time")
+  F(frame_angle, HB_PER_FRAME, 1, "prescribed angle at the current time")                                      \
+  F(frame_torque, HB_PER_FRAME, 1, "torque of the support about the tangent")                                  \
+  F(anchor_m1, HB_PER_ROD, 3, "director u^0 of each rod's first Bishop frame, carried in time")                \
+  F(anchor_tangent, HB_PER_ROD, 3, "tangent to which it belongs")                                              \
+  F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")
 
 typedef struct hb_state {
 #define HB_DECLARE(name, extent, components, text) double *name;

@@ -1,0 +1,385 @@
+/* hebra check: reads a scene, says what it would do and cost; never runs. */
+#include "cli/cli.h"
+
+#include "base/memory.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Cost of one vertex and step, seconds, on a usual core: measured orders of magnitude, not promises. */
+#define CLOSED_FORM_SECONDS 60e-9
+#define GENERAL_SECONDS 150e-9
+/* Doubles that a frame holds per vertex: the components of all fields. */
+#define HB_COUNT(name, components, location, unit, text) +components
+enum { FRAME_DOUBLES = 0 HB_FRAME_FIELDS(HB_COUNT) };
+#undef HB_COUNT
+
+/* Smallest and largest of something. */
+typedef struct range {
+  double lo, hi;
+} range;
+
+/* What check finds out about one rod. */
+typedef struct rod_summary {
+  double mass;
+  range bending, twisting;
+  double stable_step; /* largest step that an explicit scheme bears; infinite if nothing limits it */
+} rod_summary;
+
+/* What check finds out about the whole. */
+typedef struct summary {
+  double steps, frames, bytes, seconds, stable_step;
+  double length_mismatch; /* largest relative difference of an initial edge from its rest length */
+  int stiffest;           /* rod that limits the step */
+  rod_summary *rods;
+} summary;
+
+/* Widens a range. */
+static void widen(range *r, double value) {
+  r->lo = fmin(r->lo, value);
+  r->hi = fmax(r->hi, value);
+}
+
+/* Value of a support's angle at time t; 0 where none is given. */
+static double angle_at(const hb_model *m, int frame, double t) {
+  double vars[HB_VAR_COUNT] = {0};
+  const hb_formula *angle = m->frames[frame].def->angle;
+  vars[HB_VAR_T] = t;
+  return angle ? hb_formula_eval(angle, vars) : 0;
+}
+
+/* Largest twisting moment that the prescribed angles put into a span during the run: the twist over its compliance. */
+static double span_moment(const hb_model *m, const hb_span *s) {
+  double most = 0;
+  if (s->first_frame < 0 || s->last_frame < 0 || !(s->compliance > 0)) return 0;
+  for (int k = 0; k <= 100; k++) {
+    double t = m->def->method.duration * k / 100;
+    double twist = angle_at(m, s->last_frame, t) - angle_at(m, s->first_frame, t) - s->natural_twist;
+    if (isfinite(twist)) most = fmax(most, fabs(twist) / s->compliance);
+  }
+  return most;
+}
+
+/* Larger principal value of the bending form of an edge. */
+static double stiff_side(const double *B) {
+  return 0.5 * (B[0] + B[2]) + hypot(0.5 * (B[0] - B[2]), B[1]);
+}
+
+/* Smaller principal value. */
+static double soft_side(const double *B) { return 0.5 * (B[0] + B[2]) - hypot(0.5 * (B[0] - B[2]), B[1]); }
+
+/* Square of the highest frequency of a vertex: bending waves of the shortest length, 16 B/(rho A l^4), which alone give
+ * the limit h <= l^2/2 sqrt(rho A/B); and the coupling of twist and bending, at most 2.6 M/(rho A l^3). */
+static double highest_frequency2(const hb_model *m, int k, double moment) {
+  double l = 0.5 * m->voronoi[k], per_length = m->mass[k] / m->weight[k];
+  double B = fmax(stiff_side(&m->B[3 * k - 3]), stiff_side(&m->B[3 * k]));
+  return (16 * B / (l * l * l * l) + 2.6 * moment / (l * l * l)) / per_length;
+}
+
+/* Steps that damping bears: 2 over its rate, mass-proportional and from a linear wind. */
+static double damping_rate(const hb_model *m, const hb_rod *rod, int k) {
+  const hb_scene_def *def = m->def;
+  double rate = def->rods[rod->index].mass_damping;
+  for (int i = 0; i < def->force_count; i++) {
+    const hb_force_def *f = &def->forces[i];
+    if (f->kind == HB_FORCE_WIND && (f->rod < 0 || f->rod == rod->index))
+      rate += fmax(f->linear[0], f->linear[1]) * m->weight[k] / m->mass[k];
+  }
+  return rate;
+}
+
+/* Everything about one rod. */
+static rod_summary summarise_rod(const hb_model *m, const hb_rod *rod) {
+  rod_summary s = {.bending = {HUGE_VAL, -HUGE_VAL}, .twisting = {HUGE_VAL, -HUGE_VAL}, .stable_step = HUGE_VAL};
+  int last = rod->first + rod->nv - 1;
+  for (int k = rod->first; k <= last; k++) s.mass += m->mass[k];
+  for (int k = rod->first; k < last; k++) {
+    widen(&s.bending, fmax(soft_side(&m->B[3 * k]), 0));
+    widen(&s.bending, stiff_side(&m->B[3 * k]));
+  }
+  for (int p = rod->first_span; p < rod->first_span + rod->span_count; p++) {
+    const hb_span *span = &m->spans[p];
+    double moment = span_moment(m, span);
+    for (int k = span->first_edge + 1; k <= span->last_edge; k++) {
+      double frequency = sqrt(highest_frequency2(m, k, moment)), rate = damping_rate(m, rod, k);
+      widen(&s.twisting, m->beta[k]);
+      if (frequency > 0) s.stable_step = fmin(s.stable_step, 2 / frequency);
+      if (rate > 0) s.stable_step = fmin(s.stable_step, 2 / rate);
+    }
+  }
+  return s;
+}
+
+/* Largest relative difference of an initial edge from its rest length. */
+static double length_mismatch(const hb_model *m, const hb_rod *rod) {
+  double most = 0;
+  for (int k = rod->first; k < rod->first + rod->nv - 1; k++) {
+    const double *x = &m->initial[3 * k];
+    double l = hypot(hypot(x[3] - x[0], x[4] - x[1]), x[5] - x[2]);
+    most = fmax(most, fabs(l / m->rest_length[k] - 1));
+  }
+  return most;
+}
+
+/* Everything about the scene; rods is to be freed by the caller. */
+static hb_status summarise(const hb_model *m, summary *s, hb_error *err) {
+  const hb_scene_def *def = m->def;
+  *s = (summary){.stable_step = HUGE_VAL, .rods = hb_alloc((size_t)m->rod_count, sizeof *s->rods)};
+  if (!s->rods) return hb_fail_memory(err, "summary");
+  s->steps = fmax(ceil(def->method.duration / def->method.time_step - 1e-9), 0);
+  s->frames = 1 + ceil(s->steps / def->output.every);
+  s->bytes = s->frames * 8.0 * FRAME_DOUBLES * m->nv;
+  for (int r = 0; r < m->rod_count; r++) {
+    const hb_rod *rod = &m->rods[r];
+    s->rods[r] = summarise_rod(m, rod);
+    s->length_mismatch = fmax(s->length_mismatch, length_mismatch(m, rod));
+    s->seconds += s->steps * rod->nv * (rod->closed_form ? CLOSED_FORM_SECONDS : GENERAL_SECONDS);
+    if (s->rods[r].stable_step < s->stable_step) {
+      s->stable_step = s->rods[r].stable_step;
+      s->stiffest = r;
+    }
+  }
+  return HB_OK;
+}
+
+/* ---- for a person ---------------------------------------------------------------------------------------------- */
+
+/* "3.2 MB" and the like. */
+static const char *in_bytes(double bytes, char buffer[32]) {
+  static const char *const units[] = {"B", "kB", "MB", "GB", "TB"};
+  int k = 0;
+  for (; bytes >= 1000 && k < 4; k++) bytes /= 1000;
+  snprintf(buffer, 32, "%.3g %s", bytes, units[k]);
+  return buffer;
+}
+
+/* "0.42 s", "12 min". */
+static const char *in_time(double seconds, char buffer[32]) {
+  if (seconds < 120) snprintf(buffer, 32, "%.2g s", seconds);
+  else if (seconds < 7200) snprintf(buffer, 32, "%.0f min", seconds / 60);
+  else snprintf(buffer, 32, "%.1f h", seconds / 3600);
+  return buffer;
+}
+
+/* One number, or lo .. hi. */
+static const char *in_range(range r, char buffer[64]) {
+  if (r.hi - r.lo <= 1e-12 * fabs(r.hi)) snprintf(buffer, 64, "%g", r.hi);
+  else snprintf(buffer, 64, "%g .. %g", r.lo, r.hi);
+  return buffer;
+}
+
+/* What kind of rod it is, in words. */
+static const char *kind_of(const hb_rod *rod) {
+  if (!rod->closed_form) return "general: twist by Newton";
+  return rod->twist_free ? "isotropic, straight at rest, carries no twist" : "isotropic, straight at rest: twist in closed form";
+}
+
+/* "[a, b, c]" of a support's or load's formulas. */
+static void print_formulas(hb_formula *const value[3], const bool *axis_free) {
+  for (int c = 0; c < 3; c++) {
+    const char *text = value[c] ? hb_formula_text(value[c]) : axis_free && axis_free[c] ? "free" : "fixed";
+    printf("%s%s", c ? ", " : "[", text);
+  }
+  printf("]");
+}
+
+/* One support in words. */
+static void print_support(const hb_support_def *s) {
+  static const char *const what[] = {"position", "tangent", "material angle", "material frame"};
+  printf("  support  %s %d: %s ", s->kind == HB_SUPPORT_POSITION ? "vertex" : "edge", s->index, what[s->kind]);
+  bool formulas = s->value[0] || s->value[1] || s->value[2];
+  bool some_free = s->axis_free[0] || s->axis_free[1] || s->axis_free[2];
+  if (s->kind == HB_SUPPORT_ANGLE) printf("%s", s->angle ? hb_formula_text(s->angle) : "as at the start");
+  else if (formulas || some_free) print_formulas(s->value, s->axis_free);
+  else printf("fixed");
+  if (s->kind == HB_SUPPORT_DIRECTOR && s->angle) printf(", turned by %s", hb_formula_text(s->angle));
+  printf("\n");
+}
+
+/* One load in words. */
+static void print_force(const hb_model *m, const hb_force_def *f) {
+  static const char *const what[] = {"gravity", "force", "force per length", "force on every vertex", "wind of velocity"};
+  printf("force      %s ", what[f->kind]);
+  print_formulas(f->value, NULL);
+  if (f->kind == HB_FORCE_POINT) printf(" on vertex %d", f->vertex);
+  if (f->rod >= 0) printf(" of rod %s", m->rods[f->rod].name);
+  if (f->follower) printf(", turning with the material frame (t, m1, m2)");
+  if (f->kind == HB_FORCE_WIND)
+    printf(", resistance linear %g and %g, quadratic %g and %g (normal and tangential)", f->linear[0], f->linear[1],
+           f->quadratic[0], f->quadratic[1]);
+  printf("\n");
+}
+
+/* One rod in words. */
+static void print_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s) {
+  const hb_rod_def *def = &m->def->rods[rod->index];
+  char a[64], b[64];
+  printf("rod        %s: %d vertices, length %g, mass %g\n", rod->name, rod->nv, rod->length, s->mass);
+  printf("  kind     %s\n", kind_of(rod));
+  printf("  moduli   bending %s, twisting %s%s\n", in_range(s->bending, a), in_range(s->twisting, b),
+         def->viscosity ? ", with bending viscosity" : "");
+  for (int k = 0; k < def->support_count; k++) print_support(&def->supports[k]);
+  if (def->support_count == 0) printf("  support  none: the rod is free\n");
+}
+
+/* The step against its limit. */
+static void print_step_limit(const hb_model *m, const summary *s) {
+  double step = m->def->method.time_step;
+  if (!isfinite(s->stable_step)) {
+    printf("stability  nothing limits the step\n");
+    return;
+  }
+  printf("stability  an explicit scheme bears steps up to about %.3g (rod %s)\n", s->stable_step, m->rods[s->stiffest].name);
+  if (step > s->stable_step)
+    printf("warning    the step %g is above that: the run will most likely blow up; take at most %.2g, or fewer vertices\n", step,
+           0.8 * s->stable_step);
+}
+
+/* The whole answer. */
+static void print_text(const hb_model *m, const summary *s) {
+  const hb_scene_def *def = m->def;
+  const hb_method_def *method = &def->method;
+  char a[32], b[32];
+  if (def->title) printf("title      %s\n", def->title);
+  for (int r = 0; r < m->rod_count; r++) print_rod(m, &m->rods[r], &s->rods[r]);
+  for (int k = 0; k < def->force_count; k++) print_force(m, &def->forces[k]);
+  printf("method     %s, step %g, duration %g: %.0f steps; lengths kept to %g %s\n",
+         method->integrator ? method->integrator : "verlet", method->time_step, method->duration, s->steps,
+         method->length_tolerance, method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute");
+  print_step_limit(m, s);
+  printf("output     every %d steps: %.0f frames, about %s\n", def->output.every, s->frames, in_bytes(s->bytes, a));
+  printf("run time   about %s on one core\n", in_time(s->seconds, b));
+  if (s->length_mismatch > 1e-9)
+    printf("note       edges of the initial shape differ from their rest lengths by up to %.3g %%; the run begins by moving the "
+           "vertices to where the lengths are right\n", 100 * s->length_mismatch);
+  for (int k = 0; k < m->note_count; k++) printf("note       %s\n", m->notes[k]);
+}
+
+/* ---- for a program --------------------------------------------------------------------------------------------- */
+
+/* A JSON string. */
+static void json_text(const char *text) {
+  putchar('"');
+  for (; text && *text; text++) {
+    unsigned char c = (unsigned char)*text;
+    if (c == '"' || c == '\\') printf("\\%c", c);
+    else if (c < 32) printf("\\u%04x", c);
+    else putchar(c);
+  }
+  putchar('"');
+}
+
+/* A JSON number; null where it is not finite. */
+static void json_number(const char *key, double value, const char *after) {
+  if (isfinite(value)) printf("\"%s\": %.17g%s", key, value, after);
+  else printf("\"%s\": null%s", key, after);
+}
+
+/* One rod as an object. */
+static void json_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s) {
+  printf("    {\"name\": ");
+  json_text(rod->name);
+  printf(", \"vertices\": %d, ", rod->nv);
+  json_number("length", rod->length, ", ");
+  json_number("mass", s->mass, ", ");
+  printf("\"kind\": \"%s\", \"twist_free\": %s, ", rod->closed_form ? "isotropic" : "general", rod->twist_free ? "true" : "false");
+  json_number("bending_min", s->bending.lo, ", ");
+  json_number("bending_max", s->bending.hi, ", ");
+  json_number("twisting_min", s->twisting.lo, ", ");
+  json_number("twisting_max", s->twisting.hi, ", ");
+  json_number("stable_step", s->stable_step, ", ");
+  printf("\"supports\": %d}", m->def->rods[rod->index].support_count);
+}
+
+/* The whole answer. */
+static void print_json(const hb_model *m, const summary *s) {
+  const hb_method_def *method = &m->def->method;
+  printf("{\n  \"title\": ");
+  json_text(m->def->title ? m->def->title : "");
+  printf(",\n  \"rods\": [\n");
+  for (int r = 0; r < m->rod_count; r++) {
+    json_rod(m, &m->rods[r], &s->rods[r]);
+    printf("%s\n", r + 1 < m->rod_count ? "," : "");
+  }
+  printf("  ],\n  \"forces\": %d,\n  \"integrator\": ", m->def->force_count);
+  json_text(method->integrator ? method->integrator : "verlet");
+  printf(",\n  ");
+  json_number("time_step", method->time_step, ", ");
+  json_number("duration", method->duration, ", ");
+  json_number("length_tolerance", method->length_tolerance, ",\n  ");
+  json_number("steps", s->steps, ", ");
+  json_number("frames", s->frames, ", ");
+  json_number("bytes", s->bytes, ", ");
+  json_number("seconds", s->seconds, ",\n  ");
+  json_number("stable_step", s->stable_step, ", ");
+  printf("\"step_too_large\": %s,\n  ", method->time_step > s->stable_step ? "true" : "false");
+  json_number("length_mismatch", s->length_mismatch, ",\n  ");
+  printf("\"notes\": [");
+  for (int k = 0; k < m->note_count; k++) {
+    printf("%s", k ? ", " : "");
+    json_text(m->notes[k]);
+  }
+  printf("]\n}\n");
+}
+
+/* ---- the verb -------------------------------------------------------------------------------------------------- */
+
+/* Reads, compiles, prints. */
+static int check(const char *path, const char *const *overrides, int override_count, bool json) {
+  hb_scene_def def;
+  hb_model *model = NULL;
+  summary s = {0};
+  hb_error err = {.status = HB_OK};
+  hb_status status = hb_scene_read(path, overrides, override_count, &def, &err);
+  if (status) return cli_fail("check", &err);
+  status = hb_model_create(&def, &model, &err);
+  if (!status) status = summarise(model, &s, &err);
+  if (!status && json) print_json(model, &s);
+  if (!status && !json) print_text(model, &s);
+  hb_free(s.rods);
+  hb_model_free(model);
+  hb_scene_def_free(&def);
+  return status ? cli_fail("check", &err) : CLI_DONE;
+}
+
+/* hebra check SCENE [--set KEY=VALUE]... [--json] */
+static int run(int argc, char **argv) {
+  static const struct option options[] = {{"set", required_argument, NULL, 's'}, {"json", no_argument, NULL, 'j'}, {NULL, 0, NULL, 0}};
+  const char **overrides = hb_alloc((size_t)argc, sizeof *overrides);
+  int count = 0, option, status;
+  bool json = false, bad = false;
+  hb_error err = {.status = HB_OK};
+  if (!overrides) {
+    hb_fail_memory(&err, "arguments");
+    return cli_fail("check", &err);
+  }
+  optind = 1;
+  opterr = 0;
+  while (!bad && (option = getopt_long(argc, argv, "s:j", options, NULL)) != -1) {
+    if (option == 's') overrides[count++] = optarg;
+    else if (option == 'j') json = true;
+    else bad = true;
+  }
+  if (bad) status = cli_usage(&cli_verb_check, "\"%s\" is not understood or lacks its value", argv[optind - 1]);
+  else if (optind + 1 != argc) status = cli_usage(&cli_verb_check, "%s", optind == argc ? "the scene file is missing" : "one scene file at a time");
+  else status = check(argv[optind], overrides, count, json);
+  hb_free(overrides);
+  return status;
+}
+
+const cli_verb cli_verb_check = {
+    .name = "check",
+    .summary = "read a scene, say what it would do and cost; never run",
+    .help = "usage: hebra check SCENE [--set KEY=VALUE]... [--json]\n\n"
+            "Reads SCENE, checks every rule, and says what `hebra run` would do: rods with their kind, moduli and supports,\n"
+            "forces, steps, the largest step that the method bears, frames, size of the output, run time. Nothing is run and\n"
+            "nothing is written. Exit status 2 and one sentence with the place if something is wrong.\n\n"
+            "  --set KEY=VALUE   change or add a key of the scene; may be repeated. Rods are addressed by index (rods[0].bending),\n"
+            "                    by name (rods.tree.bending) or all at once (rods.*.bending)\n"
+            "  --json            the answer as one JSON object\n\n"
+            "Example:\n"
+            "  hebra check scenes/thesis-3-tree.yaml --set rods.tree.bending=50 --set method.time_step=5e-4\n",
+    .run = run,
+};

@@ -1,0 +1,34 @@
+# The library in two parts: hebra_core needs libc and libm only, hebra adds scenes, files and pictures.
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(YAML REQUIRED IMPORTED_TARGET yaml-0.1)
+pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
+# Debian keeps the serial and the MPI builds of HDF5 side by side; plain "hdf5" may be either.
+pkg_search_module(HDF5 REQUIRED IMPORTED_TARGET hdf5-serial hdf5)
+
+# Rooms from the lowest floor to the highest; tools/check_floors holds the same order.
+set(HEBRA_CORE_ROOMS base math model state rod body force contact solve time statics sim)
+set(HEBRA_SHELL_ROOMS scene output render)
+
+# Makes a library from the rooms named after it.
+function(hebra_library name)
+  list(TRANSFORM ARGN REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/src/\\1/*.c" OUTPUT_VARIABLE patterns)
+  file(GLOB sources CONFIGURE_DEPENDS ${patterns})
+  add_library(${name} ${sources})
+  add_library(hebra::${name} ALIAS ${name})
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:hebra_flags>)
+  set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+endfunction()
+
+hebra_library(hebra_core ${HEBRA_CORE_ROOMS})
+target_link_libraries(hebra_core PUBLIC m)
+file(GLOB shell_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/scene/*.c ${PROJECT_SOURCE_DIR}/src/output/*.c ${PROJECT_SOURCE_DIR}/src/render/*.c)
+if(NOT shell_sources)
+  file(WRITE ${PROJECT_BINARY_DIR}/empty.c "typedef int hb_empty;\n")
+  add_library(hebra ${PROJECT_BINARY_DIR}/empty.c)
+else()
+  hebra_library(hebra ${HEBRA_SHELL_ROOMS})
+endif()
+target_link_libraries(hebra PUBLIC hebra_core PRIVATE PkgConfig::YAML PkgConfig::HDF5 PkgConfig::PNG)

@@ -1,0 +1,12 @@
+# The program: one file per verb in cli/.
+file(GLOB HEBRA_CLI_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/cli/*.c)
+set(exclude "")
+foreach(verb run check info export render plot bench)
+  if(NOT EXISTS ${PROJECT_SOURCE_DIR}/cli/${verb}.c)
+    set(exclude EXCLUDE_FROM_ALL)
+  endif()
+endforeach()
+add_executable(hebra_program ${exclude} ${HEBRA_CLI_SOURCES})
+set_target_properties(hebra_program PROPERTIES OUTPUT_NAME hebra)
+target_include_directories(hebra_program PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/cli)
+target_link_libraries(hebra_program PRIVATE hebra hebra_flags)

@@ -1,0 +1,82 @@
+/* Point, distributed and per-vertex loads, fixed in space or turning with the rod. */
+#include "force/force.h"
+
+#include "math/rotation.h"
+
+/* Evaluates what does not depend on the vertex. */
+hb_load_values hb_load_begin(const hb_force_def *def, double t) {
+  hb_load_values values = {.def = def, .t = t, .uniform = true, .value = {0, 0, 0}};
+  double vars[HB_VAR_COUNT] = {0}, out[3];
+  vars[HB_VAR_T] = t;
+  for (int c = 0; c < 3; c++) {
+    for (int k = 0; k < HB_VAR_COUNT; k++)
+      if (k != HB_VAR_T && def->value[c] && hb_formula_uses(def->value[c], (hb_variable)k)) values.uniform = false;
+    out[c] = def->value[c] ? hb_formula_eval(def->value[c], vars) : 0;
+  }
+  values.value = hb_v3_load(out);
+  return values;
+}
+
+/* The value at one vertex. */
+hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i, const double *x) {
+  if (values->uniform) return values->value;
+  double vars[HB_VAR_COUNT] = {0}, out[3];
+  vars[HB_VAR_T] = values->t;
+  vars[HB_VAR_S] = model->arc[i];
+  vars[HB_VAR_U] = model->arc[i] / rod->length;
+  vars[HB_VAR_I] = i - rod->first;
+  vars[HB_VAR_L] = rod->length;
+  for (int c = 0; c < 3; c++) vars[HB_VAR_X + c] = x[3 * i + c];
+  for (int c = 0; c < 3; c++) out[c] = values->def->value[c] ? hb_formula_eval(values->def->value[c], vars) : 0;
+  return hb_v3_load(out);
+}
+
+static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
+  bool kind = def->kind == HB_FORCE_POINT || def->kind == HB_FORCE_DISTRIBUTED || def->kind == HB_FORCE_PER_VERTEX;
+  return kind && (def->rod < 0 || def->rod == rod->index);
+}
+
+/* Is there a load on this rod? */
+static bool active(const hb_model *model, const hb_rod *rod) {
+  for (int k = 0; k < model->def->force_count; k++)
+    if (acts_on(&model->def->forces[k], rod)) return true;
+  return false;
+}
+
+/* a t + b m1 + c m2 on the frame of edge j. */
+static hb_v3 on_frame(hb_v3 a, int j, const double *x, const double *m1) {
+  hb_v3 t = hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * j + 3), hb_v3_load(x + 3 * j)));
+  hb_v3 d1 = hb_v3_load(m1 + 3 * j), d2 = hb_v3_cross(t, d1);
+  return hb_v3_axpy(hb_v3_axpy(hb_v3_scale(a.x, t), a.y, d1), a.z, d2);
+}
+
+/* A follower's components at vertex i turned into space: half with each neighbouring edge, all with the only one. */
+static hb_v3 follow(hb_v3 a, const hb_rod *rod, int i, const double *x, const double *m1) {
+  int last = rod->first + rod->nv - 1;
+  if (i == rod->first) return on_frame(a, i, x, m1);
+  if (i == last) return on_frame(a, i - 1, x, m1);
+  return hb_v3_scale(0.5, hb_v3_add(on_frame(a, i - 1, x, m1), on_frame(a, i, x, m1)));
+}
+
+/* Adds every load on the rod. */
+static void add(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
+                const double *m1, double *f) {
+  (void)v;
+  for (int k = 0; k < model->def->force_count; k++) {
+    const hb_force_def *def = &model->def->forces[k];
+    if (!acts_on(def, rod)) continue;
+    hb_load_values values = hb_load_begin(def, t);
+    int point = rod->first + (def->vertex < 0 ? def->vertex + rod->nv : def->vertex);
+    int from = def->kind == HB_FORCE_POINT ? point : rod->first;
+    int to = def->kind == HB_FORCE_POINT ? point + 1 : rod->first + rod->nv;
+    for (int i = from; i < to; i++) {
+      hb_v3 value = hb_load_at(&values, model, rod, i, x);
+      if (def->follower) value = follow(value, rod, i, x, m1);
+      double share = def->kind == HB_FORCE_DISTRIBUTED ? model->weight[i] : 1;
+      hb_v3_accumulate(f + 3 * i, hb_v3_scale(share, value));
+    }
+  }
+}
+
+const hb_force_term hb_force_load = {"load", "point, distributed and per-vertex loads, dead or follower", active, add,
+                                     NULL, false};

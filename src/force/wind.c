@@ -1,0 +1,46 @@
+/* Drag of a moving medium on the rod, split along and across the rod.
+ *
+ * With the relative velocity w = (velocity of the rod) - (velocity of the medium), its part along the local tangent
+ * w_t and the rest w_n, the force per length is -(linear_n + quadratic_n |w_n|) w_n - (linear_t + quadratic_t |w_t|) w_t:
+ * resistive-force theory in the linear terms, the cross-flow law of Taylor (1952) in the quadratic ones. */
+#include "force/force.h"
+
+static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
+  return def->kind == HB_FORCE_WIND && (def->rod < 0 || def->rod == rod->index);
+}
+
+/* Is there a medium around this rod? */
+static bool active(const hb_model *model, const hb_rod *rod) {
+  for (int k = 0; k < model->def->force_count; k++)
+    if (acts_on(&model->def->forces[k], rod)) return true;
+  return false;
+}
+
+/* Tangent at a vertex: along its chord of neighbours. */
+static hb_v3 vertex_tangent(const hb_rod *rod, int i, const double *x) {
+  int a = i > rod->first ? i - 1 : i, b = i + 1 < rod->first + rod->nv ? i + 1 : i;
+  return hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * b), hb_v3_load(x + 3 * a)));
+}
+
+/* Adds the drag. */
+static void add(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
+                const double *m1, double *f) {
+  (void)m1;
+  for (int k = 0; k < model->def->force_count; k++) {
+    const hb_force_def *def = &model->def->forces[k];
+    if (!acts_on(def, rod)) continue;
+    hb_load_values values = hb_load_begin(def, t);
+    for (int i = rod->first; i < rod->first + rod->nv; i++) {
+      hb_v3 w = hb_v3_sub(hb_v3_load(v + 3 * i), hb_load_at(&values, model, rod, i, x));
+      hb_v3 tangent = vertex_tangent(rod, i, x);
+      double along = hb_v3_dot(w, tangent);
+      hb_v3 across = hb_v3_axpy(w, -along, tangent);
+      double n = def->linear[0] + def->quadratic[0] * hb_v3_norm(across);
+      double a = (def->linear[1] + def->quadratic[1] * fabs(along)) * along;
+      hb_v3 force = hb_v3_axpy(hb_v3_scale(n, across), a, tangent);
+      hb_v3_accumulate(f + 3 * i, hb_v3_scale(-model->weight[i], force));
+    }
+  }
+}
+
+const hb_force_term hb_force_wind = {"wind", "linear and quadratic drag of a moving medium", active, add, NULL, false};

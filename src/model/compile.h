@@ -1,0 +1,21 @@
+/* The stages of compiling definitions into a model (compile.c calls them in this order). */
+#ifndef HB_MODEL_COMPILE_H
+#define HB_MODEL_COMPILE_H
+
+#include "hebra/model.h"
+
+/* Fails with "path:line:column: sentence" where the place is known. */
+hb_status hb_compile_fail(const hb_scene_def *def, int line, int column, hb_error *err, const char *format, ...)
+    HB_PRINTF(5, 6);
+/* Adds a sentence to model->notes. */
+hb_status hb_compile_note(hb_model *model, hb_error *err, const char *format, ...) HB_PRINTF(3, 4);
+
+/* Every rule about numbers of one rod that the tables rely on. */
+hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err);
+hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err);
+/* Rest lengths, curvatures, twists, stiffnesses of one rod into the tables. */
+void hb_compile_rest(hb_model *model, int rod);
+/* Prescribed vertices and frames, spans and panels of all rods; allocates their tables. */
+hb_status hb_compile_supports(hb_model *model, hb_error *err);
+
+#endif

@@ -1,0 +1,284 @@
+/* Adds frames to a trajectory: raw numbers at places known since the file was made, then the count. */
+#include "hebra/output.h"
+
+#include "base/memory.h"
+#include "output/file.h"
+#include "output/layout.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <string.h>
+#include <unistd.h>
+
+struct hb_writer {
+  char *path;
+  const hb_model *model;
+  hid_t file;
+  hb_layout_count count;
+  int fd; /* HDF5's own descriptor */
+  hb_layout_map map;
+  long frames;
+  double *scratch; /* an edge field with its unused rows filled */
+};
+
+/* Closes and frees everything; false if the last bytes could not be written. */
+static bool drop(hb_writer *w) {
+  bool good = true;
+  hb_layout_count_close(&w->count);
+  if (w->file >= 0) good = H5Fclose(w->file) >= 0;
+  hb_layout_map_free(&w->map);
+  hb_free(w->scratch);
+  hb_free(w->path);
+  hb_free(w);
+  return good;
+}
+
+/* Takes over an open file and finds what frames need. */
+static hb_status attach(hb_writer *w, hid_t file, hb_error *err) {
+  int *descriptor = NULL;
+  w->file = file;
+  hb_status status = hb_layout_locate(file, w->path, w->model->nv, &w->map, err);
+  if (status != HB_OK) return status;
+  if (!hb_layout_count_open(file, &w->count) || H5Fget_vfd_handle(file, H5P_DEFAULT, (void **)&descriptor) < 0 || !descriptor)
+    return hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be opened for writing", w->path);
+  w->fd = *descriptor;
+  w->scratch = hb_alloc((size_t)w->model->nv * 4, sizeof *w->scratch);
+  return w->scratch ? HB_OK : hb_fail_memory(err, "buffer of a trajectory");
+}
+
+/* An empty writer. */
+static hb_writer *blank(const char *path, const hb_model *model) {
+  hb_writer *w = hb_alloc(1, sizeof *w);
+  if (!w) return NULL;
+  w->file = -1;
+  w->model = model;
+  w->path = hb_strdup(path);
+  if (w->path) return w;
+  hb_free(w);
+  return NULL;
+}
+
+/* All bytes at a place. */
+static bool put(int fd, const void *data, size_t size, uint64_t at) {
+  const char *bytes = data;
+  while (size > 0) {
+    ssize_t done = pwrite(fd, bytes, size, (off_t)at);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return false;
+    bytes += done;
+    size -= (size_t)done;
+    at += (uint64_t)done;
+  }
+  return true;
+}
+
+/* All bytes from a place. */
+static bool get(int fd, void *data, size_t size, uint64_t at) {
+  char *bytes = data;
+  while (size > 0) {
+    ssize_t done = pread(fd, bytes, size, (off_t)at);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return false;
+    bytes += done;
+    size -= (size_t)done;
+    at += (uint64_t)done;
+  }
+  return true;
+}
+
+/* A new file with the first `keep` frames of `from` (NULL: none), put in place once it is sound. */
+static hb_status make(const char *path, const hb_model *model, long capacity, const hb_writer *from, long keep,
+                      hb_writer **out, hb_error *err) {
+  enum { BLOCK = 1 << 16 };
+  char *temporary = hb_file_temporary(path), *block = hb_alloc(BLOCK, 1);
+  hb_writer *w = blank(path, model);
+  hid_t file = -1;
+  hb_status status = w && temporary && block ? HB_OK : hb_fail_memory(err, "a trajectory");
+  if (status == HB_OK) status = hb_layout_create(temporary, model, capacity, &file, err);
+  if (status == HB_OK) status = attach(w, file, err);
+  bool good = true;
+  for (int k = 0; status == HB_OK && from && good && k < w->map.count; k++) {
+    uint64_t left = (uint64_t)keep * w->map.stride[k], done = 0;
+    while (good && done < left) {
+      size_t size = left - done < BLOCK ? (size_t)(left - done) : BLOCK;
+      good = get(from->fd, block, size, from->map.at[k] + done) && put(w->fd, block, size, w->map.at[k] + done);
+      done += size;
+    }
+  }
+  if (status == HB_OK && keep > 0) good = good && hb_layout_set_frames(&w->count, 0, keep);
+  if (status == HB_OK) good = good && fsync(w->fd) == 0 && rename(temporary, path) == 0;
+  if (status == HB_OK && !good)
+    status = hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be created: %s", path,
+                     errno ? strerror(errno) : "the disk did not take all bytes");
+  if (status == HB_OK) {
+    w->frames = keep;
+    *out = w;
+  } else {
+    if (w) drop(w);
+    if (file >= 0) unlink(temporary);
+  }
+  hb_free(temporary);
+  hb_free(block);
+  return status;
+}
+
+/* The plan must be a number of frames that the file format takes. */
+static hb_status check_plan(const char *path, long frame_count, hb_error *err) {
+  if (frame_count >= 1 && frame_count <= HB_LAYOUT_MAX_FRAMES) return HB_OK;
+  return hb_fail(err, HB_ERR_INPUT, "%s: a trajectory of %ld frames was asked for, allowed are 1 to %ld", path,
+                 frame_count, HB_LAYOUT_MAX_FRAMES);
+}
+
+/* Creates. */
+hb_status hb_writer_create(const char *path, const hb_model *model, long frame_count, hb_writer **out, hb_error *err) {
+  *out = NULL;
+  hb_status status = check_plan(path, frame_count, err);
+  if (status != HB_OK) return status;
+  hb_h5_quiet quiet = hb_h5_quiet_begin();
+  errno = 0;
+  status = make(path, model, frame_count, NULL, 0, out, err);
+  hb_h5_quiet_end(quiet);
+  return status;
+}
+
+/* The rods in the file must be those of the model. */
+static hb_status check_same(const char *path, const hb_model *model, long keep, hb_error *err) {
+  hb_reader *reader = NULL;
+  hb_status status = hb_reader_open(path, &reader, err);
+  if (status != HB_OK) return status;
+  const hb_trajectory_info *info = hb_reader_info(reader);
+  if (info->rod_count != model->rod_count || info->nv != model->nv)
+    status = hb_fail(err, HB_ERR_INPUT, "%s: holds %d rods with %d vertices in all, the scene has %d with %d", path,
+                     info->rod_count, info->nv, model->rod_count, model->nv);
+  for (int r = 0; status == HB_OK && r < info->rod_count; r++) {
+    const char *name = model->rods[r].name ? model->rods[r].name : "";
+    if (info->rods[r].nv != model->rods[r].nv || strcmp(info->rods[r].name, name) != 0)
+      status = hb_fail(err, HB_ERR_INPUT, "%s: its rod %d is \"%s\" with %d vertices, that of the scene is \"%s\" with %d",
+                       path, r, info->rods[r].name, info->rods[r].nv, name, model->rods[r].nv);
+  }
+  if (status == HB_OK && (keep < 0 || keep > info->frames))
+    status = hb_fail(err, HB_ERR_INPUT, "%s: cannot go on after frame %ld, it holds %ld frames", path, keep,
+                     info->frames);
+  hb_reader_close(reader);
+  return status;
+}
+
+/* Opens for writing and goes on in place, or in a larger copy if the plan does not fit. */
+static hb_status go_on(const char *path, const hb_model *model, long frame_count, long keep, hb_writer **out,
+                       hb_error *err) {
+  hb_writer *w = blank(path, model);
+  if (!w) return hb_fail_memory(err, "a trajectory");
+  char reason[256];
+  hid_t access = hb_h5_access(), file = access < 0 ? -1 : H5Fopen(path, H5F_ACC_RDWR, access);
+  if (file < 0) hb_h5_reason(reason, sizeof reason);
+  if (access >= 0) H5Pclose(access);
+  hb_status status = HB_OK;
+  if (file < 0) status = hb_fail(err, HB_ERR_IO, "%s: cannot be opened for writing: %s", path, reason);
+  if (status == HB_OK) status = attach(w, file, err);
+  if (status == HB_OK && frame_count > w->map.capacity) {
+    status = make(path, model, frame_count, w, keep, out, err);
+    drop(w);
+    return status;
+  }
+  /* Shortening Steps/Values loads its chunk into HDF5's cache, which must be gone before raw numbers go there. */
+  if (status == HB_OK && (!hb_layout_set_frames(&w->count, LONG_MAX, keep) || !hb_layout_count_close(&w->count) ||
+                          !hb_layout_count_open(file, &w->count)))
+    status = hb_fail(err, HB_ERR_IO, "%s: the number of frames cannot be set", path);
+  if (status == HB_OK) {
+    w->frames = keep;
+    *out = w;
+  } else {
+    drop(w);
+  }
+  return status;
+}
+
+/* Restart. */
+hb_status hb_writer_continue(const char *path, const hb_model *model, long frame_count, long keep, hb_writer **out,
+                             hb_error *err) {
+  *out = NULL;
+  hb_status status = check_plan(path, frame_count, err);
+  if (status == HB_OK) status = check_same(path, model, keep, err);
+  if (status != HB_OK) return status;
+  hb_h5_quiet quiet = hb_h5_quiet_begin();
+  errno = 0;
+  status = go_on(path, model, frame_count, keep, out, err);
+  hb_h5_quiet_end(quiet);
+  return status;
+}
+
+/* Rows of edge fields that hold no edge repeat the row before, so that ParaView's colours end cleanly. */
+static const double *edge_rows(hb_writer *w, const double *values, int components) {
+  size_t c = (size_t)components;
+  memcpy(w->scratch, values, (size_t)w->model->nv * c * sizeof *values);
+  for (int r = 0; r < w->model->rod_count; r++) {
+    size_t last = (size_t)(w->model->rods[r].first + w->model->rods[r].nv - 1);
+    memcpy(w->scratch + last * c, w->scratch + (last - 1) * c, c * sizeof *values);
+  }
+  return w->scratch;
+}
+
+/* Raw numbers of one frame. */
+static bool put_frame(hb_writer *w, const hb_frame *frame) {
+  const char *bytes = (const char *)frame;
+  uint64_t n = (uint64_t)w->frames;
+  bool good = true;
+  int entry = 0;
+  for (int k = 0; good && k < hb_frame_field_count; k++, entry++) {
+    const double *values = NULL;
+    memcpy(&values, bytes + hb_frame_fields[k].offset, sizeof values);
+    if (hb_frame_fields[k].location == HB_ON_EDGE) values = edge_rows(w, values, hb_frame_fields[k].components);
+    good = put(w->fd, values, (size_t)w->map.stride[entry], w->map.at[entry] + n * w->map.stride[entry]);
+  }
+  for (int k = 0; good && k < hb_series_count; k++, entry++) {
+    const void *value = bytes + hb_series_table[k].offset;
+    int64_t whole = 0;
+    if (hb_series_table[k].integer) {
+      long number = 0;
+      memcpy(&number, value, sizeof number);
+      whole = number;
+      value = &whole;
+    }
+    good = put(w->fd, value, (size_t)w->map.stride[entry], w->map.at[entry] + n * w->map.stride[entry]);
+  }
+  return good && put(w->fd, &frame->time, sizeof frame->time, w->map.at[entry] + n * w->map.stride[entry]);
+}
+
+/* Adds a frame. */
+hb_status hb_writer_add(hb_writer *w, const hb_frame *frame, hb_error *err) {
+  if (w->frames >= w->map.capacity)
+    return hb_fail(err, HB_ERR_INPUT, "%s: frame %ld does not fit, the trajectory was planned for %ld frames", w->path,
+                   w->frames, w->map.capacity);
+  errno = 0;
+  if (!put_frame(w, frame))
+    return hb_fail(err, HB_ERR_IO, "%s: frame %ld cannot be written: %s", w->path, w->frames,
+                   errno ? strerror(errno) : "the disk did not take all bytes");
+  hb_h5_quiet quiet = hb_h5_quiet_begin();
+  char reason[256];
+  bool good = hb_layout_set_frames(&w->count, w->frames, w->frames + 1);
+  if (!good) hb_h5_reason(reason, sizeof reason);
+  hb_h5_quiet_end(quiet);
+  if (!good)
+    return hb_fail(err, HB_ERR_IO, "%s: frame %ld cannot be counted: %s", w->path, w->frames, reason);
+  w->frames++;
+  return HB_OK;
+}
+
+/* Forces the bytes to the disk, closes, frees. */
+hb_status hb_writer_close(hb_writer *w, hb_error *err) {
+  if (!w) return HB_OK;
+  hb_h5_quiet quiet = hb_h5_quiet_begin();
+  char *path = w->path;
+  w->path = NULL;
+  errno = 0;
+  bool good = fsync(w->fd) == 0;
+  int reason = errno;
+  good = drop(w) && good;
+  hb_h5_quiet_end(quiet);
+  hb_status status = HB_OK;
+  if (!good)
+    status = hb_fail(err, HB_ERR_IO, "%s: the last bytes could not be written: %s", path,
+                     reason ? strerror(reason) : "HDF5 could not close the file");
+  hb_free(path);
+  return status;
+}

@@ -1,0 +1,60 @@
+/* Quasi-static twist of rods that are isotropic and straight at rest: uniform, in closed form (docs/theory, 3.2). */
+#include "rod/rod.h"
+
+#include "math/rotation.h"
+
+/* The rotation that parallel transport from edge a to edge b amounts to, as a product of (1 + t.t', t x t'), which is
+ * twice the half-angle quaternion times a norm that does not matter. At most HB_PANEL_EDGES factors of norm <= 2. */
+static hb_quat transport_along(const hb_rod_work *w, int a, int b) {
+  hb_quat q = {1, {0, 0, 0}};
+  hb_v3 t = hb_v3_load(w->tangent + 3 * a);
+  for (int j = a + 1; j <= b; j++) {
+    hb_v3 next = hb_v3_load(w->tangent + 3 * j);
+    double chi = 1 + hb_v3_dot(t, next);
+    if (!(chi > HB_FOLD_LIMIT)) { /* a fold: any half turn that reverses t will do; the step reports it */
+      q = hb_quat_mul((hb_quat){0, hb_any_normal(t)}, q);
+    } else {
+      q = hb_quat_mul((hb_quat){chi, hb_v3_cross(t, next)}, q);
+    }
+    t = next;
+  }
+  return q;
+}
+
+/* Twist over one panel: from director d at its first edge to director e at its last, nearest to what it was. */
+static double panel_twist(const hb_panel *panel, const hb_rod *rod, const hb_rod_work *w, hb_v3 d, hb_v3 e,
+                          double expected) {
+  int a = panel->from - rod->first, b = panel->to - rod->first;
+  hb_v3 u = hb_quat_rotate(transport_along(w, a, b), d);
+  return hb_nearest_angle(hb_angle_about(u, e, hb_v3_load(w->tangent + 3 * b)), expected);
+}
+
+/* Twist of the spans between prescribed frames and the moment that goes with it: m_i/l_i beta_i is constant. */
+void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work) {
+  for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++) {
+    const hb_span *span = &model->spans[s];
+    state->moment[s] = 0;
+    if (span->panel_count == 0) continue;
+    hb_v3 d = hb_v3_load(work->frame_now + 3 * span->first_frame);
+    double total = 0;
+    for (int k = 0; k < span->panel_count; k++) {
+      int p = span->first_panel + k;
+      bool last = k == span->panel_count - 1;
+      double expected = state->panel_twist[p];
+      hb_v3 t = hb_v3_load(work->tangent + 3 * (model->panels[p].to - rod->first)), e;
+      if (k == 0) expected -= work->frame_turned[span->first_frame];
+      if (last) {
+        expected += work->frame_turned[span->last_frame];
+        e = hb_v3_load(work->frame_now + 3 * span->last_frame);
+      } else {
+        e = hb_carry(hb_v3_load(state->panel_m1 + 3 * p), hb_v3_load(state->panel_tangent + 3 * p), t);
+      }
+      state->panel_twist[p] = panel_twist(&model->panels[p], rod, work, d, e, expected);
+      hb_v3_store(state->panel_m1 + 3 * p, e);
+      hb_v3_store(state->panel_tangent + 3 * p, t);
+      total += state->panel_twist[p];
+      d = e;
+    }
+    state->moment[s] = (total - span->natural_twist) / span->compliance;
+  }
+}

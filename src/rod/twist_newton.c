@@ -1,0 +1,284 @@
+/* Quasi-static twist of general rods: Newton on dE/dtheta^j = 0, globalised (docs/theory, 3.3).
+ *
+ * The unknowns are turns delta^j of the material frames about their tangents; the frames carried from the last step
+ * (time-parallel) are the start, so that the minimum is followed continuously and windings are kept in the twists m_i,
+ * which are unbounded real numbers. */
+#include "rod/rod.h"
+
+#include "math/rotation.h"
+#include "math/small_angle.h"
+
+#include <float.h>
+#include <string.h>
+
+/* Turns longer than this are shortened: Newton's model of a cosine is no good beyond. */
+#define LONGEST_TURN 1.0
+
+/* What one look at the energy tells. */
+typedef struct hb_look {
+  double energy;     /* bending + twisting, up to a constant */
+  double magnitude;  /* sum of the absolute values it was made of: its round-off is this times epsilon */
+  double residual;   /* max |gradient| over free edges */
+  double scale;      /* what the residual's terms were made of */
+} hb_look;
+
+/* omega_i^j and B omega - pull for one side of vertex i; adds to the gradient and Hessian of edge j. */
+static void look_side(const hb_rod_work *w, int i, int side, double inv_l, hb_v3 kb, const double *m1, hb_look *look) {
+  int j = i - 1 + side;
+  hb_v3 d1 = hb_v3_load(m1 + 3 * j), t = hb_v3_load(w->tangent + 3 * j);
+  const double *B = w->B_now + 3 * j, *pull = w->pull + 4 * i + 2 * side;
+  double o1 = hb_v3_dot(kb, hb_v3_cross(t, d1)), o2 = -hb_v3_dot(kb, d1);
+  double s1 = B[0] * o1 + B[1] * o2, s2 = B[1] * o1 + B[2] * o2;
+  double b1 = s1 - pull[0], b2 = s2 - pull[1];
+  w->omega[4 * i + 2 * side] = o1;
+  w->omega[4 * i + 2 * side + 1] = o2;
+  w->stress[4 * i + 2 * side] = b1;
+  w->stress[4 * i + 2 * side + 1] = b2;
+  w->gradient[j] += inv_l * (o2 * b1 - o1 * b2);
+  w->bending_diagonal[j] += inv_l * (o2 * (B[0] * o2 - B[1] * o1) - o1 * (B[1] * o2 - B[2] * o1) - o1 * b1 - o2 * b2);
+  double half = 0.5 * (o1 * s1 + o2 * s2), draw = pull[0] * o1 + pull[1] * o2;
+  look->energy += inv_l * (half - draw);
+  look->magnitude += inv_l * (half + fabs(draw));
+  look->scale = fmax(look->scale, inv_l * (fabs(o1) + fabs(o2)) * (fabs(s1) + fabs(s2) + fabs(pull[0]) + fabs(pull[1])));
+}
+
+/* Energy, gradient and Hessian at frames m1 and twists; leaves omega, stress and moments in the workspace. */
+static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, const double *m1, const double *twist) {
+  int ne = rod->nv - 1, o = rod->first;
+  hb_look look = {0, 0, 0, 0};
+  memset(w->gradient, 0, (size_t)ne * sizeof(double));
+  memset(w->bending_diagonal, 0, (size_t)ne * sizeof(double));
+  memset(w->diagonal, 0, (size_t)ne * sizeof(double));
+  for (int i = 1; i < ne; i++) {
+    hb_v3 kb = hb_v3_load(w->kb + 3 * i);
+    double inv_l = 1 / m->voronoi[o + i], gain = m->twist_gain[o + i];
+    look_side(w, i, 0, inv_l, kb, m1, &look);
+    look_side(w, i, 1, inv_l, kb, m1, &look);
+    double excess = twist[i] - m->rest_twist[o + i], M = gain * excess;
+    w->moment[i] = M;
+    w->gradient[i - 1] -= M;
+    w->gradient[i] += M;
+    w->diagonal[i - 1] += gain;
+    w->diagonal[i] += gain;
+    w->off_diagonal[i] = -gain;
+    look.energy += 0.5 * M * excess;
+    look.magnitude += 0.5 * M * excess;
+    look.scale = fmax(look.scale, gain * (fabs(twist[i]) + fabs(m->rest_twist[o + i])));
+  }
+  for (int j = 0; j < ne; j++)
+    if (!w->held[j]) look.residual = fmax(look.residual, fabs(w->gradient[j]));
+  return look;
+}
+
+/* L D L^T of the tridiagonal Hessian with held edges taken out; false if a pivot is not clearly positive. */
+static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double shift) {
+  int ne = rod->nv - 1;
+  for (int j = 0; j < ne; j++) {
+    double bend = w->bending_diagonal[j], off = j > 0 && !w->held[j - 1] ? w->off_diagonal[j] : 0;
+    if (convex && bend < 0) bend = 0;
+    double pivot = w->diagonal[j] + bend + shift, right = -w->gradient[j], whole = fabs(pivot);
+    if (w->held[j]) {
+      w->pivot[j] = 1;
+      w->delta[j] = 0;
+      continue;
+    }
+    if (off != 0) {
+      double ratio = off / w->pivot[j - 1];
+      pivot -= ratio * off;
+      right -= ratio * w->delta[j - 1];
+    }
+    if (!(pivot > 1e-13 * whole) || pivot == 0) return false;
+    w->pivot[j] = pivot;
+    w->delta[j] = right;
+  }
+  for (int j = ne - 1; j >= 0; j--) {
+    if (w->held[j]) continue;
+    double next = j + 1 < ne && !w->held[j + 1] ? w->off_diagonal[j + 1] * w->delta[j + 1] : 0;
+    w->delta[j] = (w->delta[j] - next) / w->pivot[j];
+  }
+  return true;
+}
+
+/* A descent direction: Newton's if the Hessian is positive definite, else with its negative parts cut off. Shortened to
+ * LONGEST_TURN. Returns the slope gradient . delta. */
+static double find_direction(const hb_rod *rod, hb_rod_work *w) {
+  int ne = rod->nv - 1;
+  bool found = solve_turns(rod, w, false, 0) || solve_turns(rod, w, true, 0);
+  double largest = 0, shift = 0;
+  for (int j = 0; j < ne; j++) largest = fmax(largest, w->diagonal[j] + fabs(w->bending_diagonal[j]));
+  for (shift = 1e-10 * largest; !found && shift < 1e3 * largest; shift *= 100) found = solve_turns(rod, w, true, shift);
+  if (!found) memset(w->delta, 0, (size_t)ne * sizeof(double));
+  double longest = 0, slope = 0;
+  for (int j = 0; j < ne; j++) longest = fmax(longest, fabs(w->delta[j]));
+  double shorten = longest > LONGEST_TURN ? LONGEST_TURN / longest : 1;
+  for (int j = 0; j < ne; j++) {
+    w->delta[j] *= shorten;
+    if (!w->held[j]) slope += w->gradient[j] * w->delta[j];
+  }
+  return slope;
+}
+
+/* trial = frames turned by part * delta. */
+static void turn_frames(const hb_rod *rod, hb_rod_work *w, const double *m1, const double *twist, double part) {
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    double s, c, a = part * w->delta[j];
+    hb_v3 d = hb_v3_load(m1 + 3 * j), t = hb_v3_load(w->tangent + 3 * j), n = hb_v3_cross(t, d);
+    hb_small_sincos(a, &s, &c);
+    hb_v3_store(w->trial_m1 + 3 * j, (hb_v3){c * d.x + s * n.x, c * d.y + s * n.y, c * d.z + s * n.z});
+    if (j > 0) w->trial_twist[j] = twist[j] + part * (w->delta[j] - w->delta[j - 1]);
+  }
+}
+
+/* Newton until the gradient is round-off. m1, twist: the rod's part of the state, improved in place. */
+static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, hb_error *err) {
+  double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
+  hb_look now = look_at(m, rod, w, m1, twist);
+  int limit = m->def->method.max_twist_iterations;
+  for (int k = 0;; k++) {
+    if (now.residual <= 16 * DBL_EPSILON * now.scale) break;
+    if (k >= limit || !isfinite(now.energy))
+      return hb_fail(err, HB_ERR_NUMERIC,
+                     "rod %s: the quasi-static twist did not converge in %d Newton iterations (largest dE/dtheta %.3g, "
+                     "its terms are of size %.3g)",
+                     rod->name, k, now.residual, now.scale);
+    double slope = find_direction(rod, w), part = 1, noise = 8 * DBL_EPSILON * now.magnitude;
+    hb_look next;
+    for (;; part *= 0.5) {
+      turn_frames(rod, w, m1, twist, part);
+      next = look_at(m, rod, w, w->trial_m1, w->trial_twist);
+      if (next.energy <= now.energy + 1e-4 * part * slope + noise || part < 1e-10) break;
+    }
+    state->scalar[HB_S_TWIST_ITERATIONS]++;
+    /* at the bottom round-off decides: stop when a full step no longer lowers the gradient */
+    bool stuck = next.residual >= 0.5 * now.residual && next.residual <= 1e-11 * now.scale;
+    if (stuck && next.residual >= now.residual) {
+      now = look_at(m, rod, w, m1, twist);
+      break;
+    }
+    memcpy(m1, w->trial_m1, 3 * (size_t)(rod->nv - 1) * sizeof(double));
+    memcpy(twist, w->trial_twist, (size_t)(rod->nv - 1) * sizeof(double));
+    now = next;
+    if (stuck) break;
+  }
+  return HB_OK;
+}
+
+/* (kappa b)_i of all interior vertices from the tangents. */
+static void curvature_binormals(const hb_rod *rod, hb_rod_work *w) {
+  hb_v3 t = hb_v3_load(w->tangent);
+  for (int i = 1; i + 1 < rod->nv; i++) {
+    hb_v3 next = hb_v3_load(w->tangent + 3 * i);
+    double chi = fmax(1 + hb_v3_dot(t, next), HB_FOLD_LIMIT);
+    hb_v3_store(w->kb + 3 * i, hb_v3_scale(2 / chi, hb_v3_cross(t, next)));
+    t = next;
+  }
+}
+
+/* B and pull of this step: elastic, plus viscosity as a spring towards the curvatures that the rate formula
+ * (3 omega - 4 omega_1 + omega_2)/(2 h) makes stress-free (second-order backward difference). */
+static void set_targets(const hb_model *m, const hb_rod *rod, const hb_state *state, hb_rod_work *w, double h) {
+  int o = rod->first, nv = rod->nv;
+  memcpy(w->B_now, m->B + 3 * o, 3 * (size_t)nv * sizeof(double));
+  memcpy(w->pull, m->rest_pull + 4 * o, 4 * (size_t)nv * sizeof(double));
+  if (!(h > 0) || !m->def->rods[rod->index].viscosity) return;
+  for (int j = 0; j + 1 < nv; j++) {
+    w->B_now[3 * j] += 1.5 * m->viscosity[o + j] / h;
+    w->B_now[3 * j + 2] += 1.5 * m->viscosity[o + j] / h;
+  }
+  for (int i = 1; i + 1 < nv; i++)
+    for (int c = 0; c < 4; c++) {
+      double eta = m->viscosity[o + i - 1 + c / 2] / h;
+      w->pull[4 * i + c] += eta * (2 * state->omega_1[4 * (o + i) + c] - 0.5 * state->omega_2[4 * (o + i) + c]);
+    }
+}
+
+/* Frames to the new tangents; twists measured anew, their windings from the last step. */
+static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w) {
+  int o = rod->first, ne = rod->nv - 1;
+  double turned_before = 0;
+  for (int j = 0; j < ne; j++) {
+    hb_v3 t = hb_v3_load(w->tangent + 3 * j), d;
+    int frame = m->frame_of[o + j];
+    double turned = frame >= 0 ? w->frame_turned[frame] : 0;
+    if (frame >= 0) d = hb_v3_load(w->frame_now + 3 * frame);
+    else d = hb_carry(hb_v3_load(state->m1 + 3 * (o + j)), hb_v3_load(state->tangent + 3 * (o + j)), t);
+    hb_v3_store(state->m1 + 3 * (o + j), d);
+    hb_v3_store(state->tangent + 3 * (o + j), t);
+    w->held[j] = frame >= 0;
+    if (j > 0) {
+      hb_v3 u = hb_transport(hb_v3_load(state->m1 + 3 * (o + j - 1)), hb_v3_load(w->tangent + 3 * j - 3), t);
+      double expected = state->twist[o + j] + turned - turned_before;
+      state->twist[o + j] = hb_nearest_angle(hb_angle_about(u, d, t), expected);
+    }
+    turned_before = turned;
+  }
+}
+
+/* theta^0 follows the first edge's director against the anchor. */
+static void follow_first_angle(const hb_rod *rod, hb_state *state, const hb_rod_work *w) {
+  double angle = hb_angle_about(hb_v3_load(state->anchor_m1 + 3 * rod->index),
+                                hb_v3_load(state->m1 + 3 * (size_t)rod->first), hb_v3_load(w->tangent));
+  state->theta_0[rod->index] = hb_nearest_angle(angle, state->theta_0[rod->index]);
+}
+
+/* Carry, then minimise. */
+hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, double h,
+                          hb_error *err) {
+  curvature_binormals(rod, w);
+  carry_frames(m, rod, state, w);
+  set_targets(m, rod, state, w, h);
+  hb_status status = minimise(m, rod, state, w, err);
+  follow_first_angle(rod, state, w);
+  return status;
+}
+
+/* Minimise from the frames as they are; frames held "as relaxed" are still free. */
+hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, hb_error *err) {
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    int frame = m->frame_of[rod->first + j];
+    bool deferred = frame >= 0 && m->frames[frame].def->kind == HB_SUPPORT_ANGLE && m->frames[frame].def->held;
+    w->held[j] = frame >= 0 && !deferred;
+  }
+  curvature_binormals(rod, w);
+  set_targets(m, rod, state, w, 0);
+  hb_status status = minimise(m, rod, state, w, err);
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    int frame = m->frame_of[rod->first + j];
+    if (frame >= 0 && !w->held[j])
+      memcpy(state->frame_m1 + 3 * frame, state->m1 + 3 * (rod->first + j), 3 * sizeof(double));
+  }
+  follow_first_angle(rod, state, w);
+  return status;
+}
+
+/* Sixteen turns of all frames together: the start of the relaxation for rods that nothing holds. */
+void hb_twist_scan(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w) {
+  double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
+  memset(w->held, 0, (size_t)rod->nv * sizeof *w->held);
+  curvature_binormals(rod, w);
+  set_targets(m, rod, state, w, 0);
+  double best = look_at(m, rod, w, m1, twist).energy, noise = 1e-9 * fabs(best), best_angle = 0;
+  for (int k = 1; k < 16; k++) {
+    double angle = 2 * HB_PI * k / 16;
+    for (int j = 0; j + 1 < rod->nv; j++)
+      hb_v3_store(w->trial_m1 + 3 * j, hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(w->tangent + 3 * j), angle));
+    double energy = look_at(m, rod, w, w->trial_m1, twist).energy;
+    if (energy < best - noise) {
+      best = energy;
+      best_angle = angle;
+    }
+  }
+  for (int j = 0; j + 1 < rod->nv; j++)
+    hb_v3_store(m1 + 3 * j, hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(w->tangent + 3 * j), best_angle));
+}
+
+/* The gradient that the last look left behind. */
+void hb_twist_residual(const hb_rod *rod, const hb_rod_work *w, double *residual, double *scale) {
+  *residual = *scale = 0;
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    if (!w->held[j]) *residual = fmax(*residual, fabs(w->gradient[j]));
+    double parts = j > 0 ? fabs(w->moment[j]) : 0;
+    for (int c = 0; c < 4 && j > 0; c++) parts = fmax(parts, fabs(w->stress[4 * j + c] * w->omega[4 * j + (c ^ 1)]));
+    *scale = fmax(*scale, parts);
+  }
+}

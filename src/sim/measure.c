@@ -1,0 +1,168 @@
+/* Everything that can be measured on a state. Reads the state; writes workspace and the frame only. */
+#include "sim/sim.h"
+
+#include "math/rotation.h"
+
+#include <string.h>
+
+/* Twist m_i of an interior vertex (slot k) in span s. */
+static double twist_of(const hb_sim *sim, const hb_rod *rod, int s, int k) {
+  const hb_model *m = sim->model;
+  if (!rod->closed_form) return sim->state->twist[k];
+  return m->rest_twist[k] + (m->twist_gain[k] > 0 ? sim->state->moment[s] / m->twist_gain[k] : 0);
+}
+
+/* Material angle of the first edge: the anchor's director against m1, windings from the prescribed angle. */
+static double first_angle(const hb_sim *sim, const hb_rod *rod, const double *m1) {
+  const hb_state *state = sim->state;
+  double expected = state->theta_0[rod->index];
+  int frame = sim->model->frame_of[rod->first];
+  if (rod->closed_form && frame >= 0) expected = state->frame_angle[frame];
+  hb_v3 t = hb_v3_load(sim->stepper.rod_work.tangent);
+  return hb_nearest_angle(
+      hb_angle_about(hb_v3_load(state->anchor_m1 + 3 * rod->index), hb_v3_load(m1), t), expected);
+}
+
+/* Directors, Bishop frame and material angle of every edge; twist and twisting moment of every vertex. */
+static void measure_frames(hb_sim *sim, const hb_rod *rod, hb_frame *out) {
+  const hb_model *m = sim->model;
+  hb_rod_work *w = &sim->stepper.rod_work;
+  int o = rod->first, span = rod->first_span;
+  hb_frames_now(m, rod, sim->state, w);
+  if (rod->closed_form) hb_frames_closed(m, rod, sim->state, w);
+  const double *m1 = rod->closed_form ? w->m1 : sim->state->m1 + 3 * o;
+  double theta = first_angle(sim, rod, m1);
+  hb_frames_bishop(rod, w, sim->state->anchor_m1 + 3 * rod->index, out->bishop_u + 3 * o);
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    int k = o + j;
+    hb_v3 t = hb_v3_load(w->tangent + 3 * j), d = hb_v3_load(m1 + 3 * j), u = hb_v3_load(out->bishop_u + 3 * k);
+    hb_v3_store(out->tangent + 3 * k, t);
+    hb_v3_store(out->m1 + 3 * k, d);
+    hb_v3_store(out->m2 + 3 * k, hb_v3_cross(t, d));
+    hb_v3_store(out->bishop_v + 3 * k, hb_v3_cross(t, u));
+    if (j > 0) {
+      while (k > m->spans[span].last_edge) span++;
+      double twist = twist_of(sim, rod, span, k);
+      theta += twist;
+      out->twist[k] = twist;
+      out->twist_density[k] = 2 * twist / m->voronoi[k];
+      out->twisting_moment[k] = m->twist_gain[k] * (twist - m->rest_twist[k]);
+    }
+    out->theta[k] = theta;
+  }
+}
+
+/* Curvatures and elastic energies of the interior vertices. */
+static void measure_elastic(const hb_sim *sim, const hb_rod *rod, hb_frame *out) {
+  const hb_model *m = sim->model;
+  for (int k = rod->first + 1; k + 1 < rod->first + rod->nv; k++) {
+    hb_v3 t = hb_v3_load(out->tangent + 3 * k - 3), n = hb_v3_load(out->tangent + 3 * k);
+    hb_v3 kb = hb_v3_scale(2 / fmax(1 + hb_v3_dot(t, n), HB_FOLD_LIMIT), hb_v3_cross(t, n));
+    double bending = 0;
+    hb_v3_store(out->curvature_binormal + 3 * k, kb);
+    out->curvature[k] = 2 * hb_v3_norm(kb) / m->voronoi[k];
+    for (int side = 0; side < 2; side++) {
+      int j = k - 1 + side;
+      const double *B = m->B + 3 * j, *rest = m->rest_omega + 4 * k + 2 * side;
+      double *omega = out->omega + 4 * k + 2 * side;
+      omega[0] = hb_v3_dot(kb, hb_v3_load(out->m2 + 3 * j));
+      omega[1] = -hb_v3_dot(kb, hb_v3_load(out->m1 + 3 * j));
+      double a = omega[0] - rest[0], b = omega[1] - rest[1];
+      bending += B[0] * a * a + 2 * B[1] * a * b + B[2] * b * b;
+    }
+    out->energy_bending[k] = 0.5 * bending / m->voronoi[k];
+    out->energy_twisting[k] = 0.5 * out->twisting_moment[k] * (out->twist[k] - m->rest_twist[k]);
+  }
+}
+
+/* Accelerations of prescribed vertices: central difference of their exact velocities over the time step. */
+static void prescribed_accelerations(hb_sim *sim, const hb_rod *rod) {
+  const hb_model *m = sim->model;
+  double h = m->def->method.time_step, t = sim->state->scalar[HB_S_TIME], x[3];
+  double *after = sim->acceleration, *before = sim->stepper.v_predicted;
+  for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++) {
+    const hb_position_support *p = &m->positions[n];
+    int base = p->tangent ? p->base : p->slot;
+    hb_support_at(m, p, t + h, sim->state->x + 3 * base, after + 3 * base, x, after + 3 * p->slot);
+    hb_support_at(m, p, t - h, sim->state->x + 3 * base, before + 3 * base, x, before + 3 * p->slot);
+  }
+  for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++)
+    for (int k = 3 * m->positions[n].slot; k < 3 * m->positions[n].slot + 3; k++)
+      after[k] = (after[k] - before[k]) / (2 * h);
+}
+
+/* Tension of every edge at this instant and what supports must give. */
+static void measure_forces(hb_sim *sim, const hb_rod *rod, hb_frame *out) {
+  const hb_model *m = sim->model;
+  const hb_state *state = sim->state;
+  double *lambda = sim->lambda + rod->first;
+  int o = rod->first;
+  prescribed_accelerations(sim, rod);
+  hb_project_tension(m, rod, state->x, state->v, state->force, sim->acceleration, lambda, &sim->stepper.project_work);
+  hb_v3 before = {0, 0, 0};
+  for (int j = 0; j < rod->nv; j++) {
+    int k = o + j;
+    hb_v3 pull = {0, 0, 0};
+    if (j + 1 < rod->nv) {
+      hb_v3 e = hb_v3_sub(hb_v3_load(state->x + 3 * k + 3), hb_v3_load(state->x + 3 * k));
+      pull = hb_v3_scale(lambda[j] * 2 * m->inv_rest_length[k], e);
+      out->tension[k] = lambda[j] * 2 * m->inv_rest_length[k] * hb_v3_norm(e);
+    }
+    double constraint[3];
+    hb_v3_store(constraint, hb_v3_sub(pull, before));
+    for (int c = 0; c < 3; c++)
+      out->reaction[3 * k + c] = m->inv_mass[3 * k + c] != 0 ? 0
+                                                             : m->mass[k] * sim->acceleration[3 * k + c] -
+                                                                   state->force[3 * k + c] - constraint[c];
+    before = pull;
+  }
+  for (int n = rod->first_frame; n < rod->first_frame + rod->frame_count; n++)
+    out->torque[m->frames[n].slot] = state->frame_torque[n];
+}
+
+/* Kinetic energy, momenta, gravity, sums. */
+static void measure_totals(hb_sim *sim, const hb_rod *rod, hb_frame *out) {
+  const hb_model *m = sim->model;
+  for (int k = rod->first; k < rod->first + rod->nv; k++) {
+    hb_v3 x = hb_v3_load(out->position + 3 * k), v = hb_v3_load(out->velocity + 3 * k);
+    hb_v3 p = hb_v3_scale(m->mass[k], v);
+    out->energy_kinetic[k] = 0.5 * hb_v3_dot(p, v);
+    out->kinetic += out->energy_kinetic[k];
+    out->bending += out->energy_bending[k];
+    out->twisting += out->energy_twisting[k];
+    hb_v3_accumulate(out->momentum, p);
+    hb_v3_accumulate(out->angular_momentum, hb_v3_cross(x, p));
+  }
+  for (int k = 0; hb_force_terms[k]; k++)
+    if (hb_force_terms[k]->energy && hb_force_terms[k]->active(m, rod))
+      out->gravity += hb_force_terms[k]->energy(m, rod, out->time, out->position);
+}
+
+/* All rods. */
+void hb_sim_measure(hb_sim *sim, hb_frame *frame) {
+  const hb_model *m = sim->model;
+  const double *scalar = sim->state->scalar;
+  size_t bytes = 3 * (size_t)m->nv * sizeof(double);
+  frame->time = scalar[HB_S_TIME];
+  frame->step = (long)scalar[HB_S_STEP];
+  frame->kinetic = frame->bending = frame->twisting = frame->gravity = frame->length_error = 0;
+  memset(frame->momentum, 0, sizeof frame->momentum);
+  memset(frame->angular_momentum, 0, sizeof frame->angular_momentum);
+  memcpy(frame->position, sim->state->x, bytes);
+  memcpy(frame->velocity, sim->state->v, bytes);
+  for (int r = 0; r < m->rod_count; r++) {
+    const hb_rod *rod = &m->rods[r];
+    (void)hb_rod_geometry(rod, sim->state->x, &sim->stepper.rod_work);
+    measure_frames(sim, rod, frame);
+    measure_elastic(sim, rod, frame);
+    measure_forces(sim, rod, frame);
+    measure_totals(sim, rod, frame);
+    frame->length_error = fmax(frame->length_error, hb_project_length_error(m, rod, sim->state->x));
+  }
+  frame->work_loads = scalar[HB_S_WORK_LOADS];
+  frame->work_supports = scalar[HB_S_WORK_SUPPORTS];
+  frame->dissipated = scalar[HB_S_DISSIPATED];
+  frame->worst_length_error = fmax(frame->length_error, scalar[HB_S_WORST_LENGTH]);
+  frame->balance = frame->kinetic + frame->bending + frame->twisting - scalar[HB_S_ENERGY_START] - frame->work_loads -
+                   frame->work_supports + frame->dissipated;
+}

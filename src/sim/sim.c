@@ -1,0 +1,90 @@
+/* Life of a simulation: create, restore, ask, free. */
+#include "sim/sim.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <string.h>
+
+const char *const hb_stage_names[HB_STAGE_COUNT] = {"twist", "elastic", "loads", "move", "project"};
+
+/* The integrator that the scene names. */
+static hb_status find_integrator(hb_sim *sim, hb_error *err) {
+  const hb_method_def *method = &sim->model->def->method;
+  const char *name = method->integrator ? method->integrator : "verlet";
+  for (int k = 0; hb_integrators[k]; k++)
+    if (strcmp(hb_integrators[k]->name, name) == 0) sim->integrator = hb_integrators[k];
+  if (sim->integrator) return HB_OK;
+  return hb_fail(err, HB_ERR_INPUT, "method.integrator: \"%s\" is not known; symplectic-euler and verlet are", name);
+}
+
+/* Everything allocated here; stepping allocates nothing. */
+hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
+  *out = NULL;
+  hb_sim *sim = hb_alloc(1, sizeof *sim);
+  if (!sim) return hb_fail_memory(err, "simulation");
+  sim->model = model;
+  hb_status status = find_integrator(sim, err);
+  if (!status) status = hb_state_create(model, &sim->state, err);
+  if (!status) status = hb_stepper_init(&sim->stepper, model, sim->state, hb_force_terms, err);
+  if (!status) {
+    sim->acceleration = hb_alloc(3 * (size_t)model->nv, sizeof *sim->acceleration);
+    sim->lambda = hb_alloc((size_t)model->nv, sizeof *sim->lambda);
+    if (!sim->acceleration || !sim->lambda) status = hb_fail_memory(err, "simulation");
+  }
+  if (!status) status = hb_sim_start(sim, err);
+  if (status) {
+    hb_sim_free(sim);
+    return status;
+  }
+  *out = sim;
+  return HB_OK;
+}
+
+/* Frees all of it. */
+void hb_sim_free(hb_sim *sim) {
+  if (!sim) return;
+  hb_stepper_release(&sim->stepper);
+  hb_state_free(sim->state);
+  hb_free(sim->acceleration);
+  hb_free(sim->lambda);
+  hb_free(sim);
+}
+
+const hb_model *hb_sim_model(const hb_sim *sim) { return sim->model; }
+hb_state *hb_sim_state(hb_sim *sim) { return sim->state; }
+const hb_state *hb_sim_const_state(const hb_sim *sim) { return sim->state; }
+double hb_sim_initial_correction(const hb_sim *sim) { return sim->initial_correction; }
+double hb_sim_time(const hb_sim *sim) { return sim->state->scalar[HB_S_TIME]; }
+long hb_sim_steps(const hb_sim *sim) { return (long)sim->state->scalar[HB_S_STEP]; }
+
+/* Steps until the duration is over. */
+long hb_sim_total_steps(const hb_sim *sim) {
+  const hb_method_def *method = &sim->model->def->method;
+  return (long)ceil(method->duration / method->time_step - 1e-9);
+}
+
+/* State and workspace. */
+size_t hb_sim_memory(const hb_sim *sim) {
+  size_t n = (size_t)sim->model->nv;
+  size_t stepper = (9 + (sim->model->any_follower ? 3 : 0)) * n * sizeof(double);
+  return sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes + sim->stepper.project_work.bytes + stepper +
+         4 * n * sizeof(double);
+}
+
+void hb_sim_time_stages(hb_sim *sim, int every) { sim->time_every = every; }
+
+/* Timed seconds, scaled to all steps taken. */
+void hb_sim_stage_seconds(const hb_sim *sim, double seconds[HB_STAGE_COUNT]) {
+  double scale = sim->steps_timed > 0 ? (double)sim->steps_taken / (double)sim->steps_timed : 0;
+  for (int k = 0; k < HB_STAGE_COUNT; k++) seconds[k] = scale * sim->stepper.stage_seconds[k];
+}
+
+/* A saved block comes back. */
+hb_status hb_sim_restore(hb_sim *sim, const double *block, size_t count, hb_error *err) {
+  if (count != sim->state->count)
+    return hb_fail(err, HB_ERR_INPUT, "the saved state has %zu numbers, but this scene needs %zu: it is of another scene",
+                   count, sim->state->count);
+  memcpy(sim->state->block, block, count * sizeof *block);
+  return HB_OK;
+}

@@ -1,0 +1,35 @@
+/* Symplectic Euler with fast projection, as the thesis prints it (chapter 2): first order.
+ *
+ *   v* = v + h M^-1 f(x),  x* = x + h v*,  project x* onto the lengths,  v = (projected x - x)/h.
+ * The velocity is corrected by what the projection moved, over h: the same, without cancellation. */
+#include "time/integrators.h"
+
+/* One rod. */
+static hb_status step_rod(hb_stepper *s, const hb_rod *rod, double t, double h, hb_error *err) {
+  hb_stepper_begin(s);
+  hb_stepper_keep(s, rod);
+  hb_stepper_kick_drift(s, rod, h, h);
+  hb_stepper_place(s, rod, t, h, false);
+  hb_stepper_end(s, HB_STAGE_MOVE);
+  hb_status status = hb_stepper_project(s, rod, h, false, err);
+  if (status) return status;
+  hb_stepper_end(s, HB_STAGE_PROJECT);
+  hb_stepper_book_work(s, rod, h);
+  status = hb_stepper_evaluate(s, rod, t, s->state->v, h, err);
+  if (status) return status;
+  hb_stepper_book_work(s, rod, h);
+  hb_stepper_book_supports(s, rod, h, false);
+  s->state->scalar[HB_S_DISSIPATED] += hb_elastic_commit(s->model, rod, s->state, &s->rod_work, h);
+  return HB_OK;
+}
+
+/* All rods from the state's time over h. */
+static hb_status step(hb_stepper *s, double h, hb_error *err) {
+  double t = (s->state->scalar[HB_S_STEP] + 1) * h;
+  hb_status status = HB_OK;
+  for (int r = 0; !status && r < s->model->rod_count; r++) status = step_rod(s, &s->model->rods[r], t, h, err);
+  return status;
+}
+
+const hb_integrator hb_integrator_symplectic_euler = {
+    "symplectic-euler", "symplectic Euler with fast projection (Goldenthal et al. 2007), as in the thesis", 1, false, step};

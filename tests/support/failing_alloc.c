@@ -1,0 +1,108 @@
+#include "support/failing_alloc.h"
+
+#include "support/near.h"
+
+#include <string.h>
+
+/* One per test program; the library has nothing of the kind. */
+static struct {
+  long asked, fail_at, live;
+  bool reached;
+} alloc;
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *block, size_t size);
+void __real_free(void *block);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *block, size_t size);
+void __wrap_free(void *block);
+
+/* Counts an allocation; true if it is the one that has to fail. */
+static bool fails(void) {
+  alloc.asked++;
+  if (alloc.fail_at == 0 || alloc.asked != alloc.fail_at) return false;
+  alloc.reached = true;
+  return true;
+}
+
+/* Counts a block that was handed out. */
+static void *handed_out(void *block) {
+  if (block) alloc.live++;
+  return block;
+}
+
+/* Stands in for malloc. */
+void *__wrap_malloc(size_t size) {
+  return fails() ? NULL : handed_out(__real_malloc(size));
+}
+
+/* Stands in for calloc. */
+void *__wrap_calloc(size_t count, size_t size) {
+  return fails() ? NULL : handed_out(__real_calloc(count, size));
+}
+
+/* Stands in for realloc. A failure leaves the old block alive. */
+void *__wrap_realloc(void *block, size_t size) {
+  if (fails()) return NULL;
+  void *grown = __real_realloc(block, size);
+  return block ? grown : handed_out(grown);
+}
+
+/* Stands in for free. */
+void __wrap_free(void *block) {
+  if (block) alloc.live--;
+  __real_free(block);
+}
+
+/* Makes the n-th allocation from now fail. */
+void failing_alloc_arm(long n) {
+  alloc.asked = 0;
+  alloc.fail_at = n;
+  alloc.reached = false;
+}
+
+/* No allocation fails any more. */
+bool failing_alloc_disarm(void) {
+  alloc.fail_at = 0;
+  return alloc.reached;
+}
+
+/* Allocations since the last arm. */
+long failing_alloc_count(void) {
+  return alloc.asked;
+}
+
+/* Blocks in use. */
+long failing_alloc_live(void) {
+  return alloc.live;
+}
+
+/* One run whose n-th allocation fails; true if the run was long enough to reach it. */
+static bool try_one(failing_alloc_trial trial, void *context, long n) {
+  hb_error err = {HB_OK, ""};
+  long live = failing_alloc_live();
+  failing_alloc_arm(n);
+  hb_status status = trial(context, &err);
+  bool reached = failing_alloc_disarm();
+  if (reached && status != HB_ERR_MEMORY)
+    fail_msg("allocation %ld failed, but the call returned status %d and said '%s'", n, (int)status,
+             err.text);
+  if (reached && (err.status != HB_ERR_MEMORY || strlen(err.text) < 10))
+    fail_msg("allocation %ld failed, and the sentence is status %d, '%s'", n, (int)err.status, err.text);
+  if (!reached && status != HB_OK)
+    fail_msg("nothing failed, but the call returned %d: %s", (int)status, err.text);
+  if (failing_alloc_live() != live)
+    fail_msg("with allocation %ld failing, %ld blocks are left behind", n, failing_alloc_live() - live);
+  return reached;
+}
+
+/* Fails each allocation in turn. */
+long failing_alloc_loop(failing_alloc_trial trial, void *context, long step) {
+  long n = 1;
+  while (try_one(trial, context, n)) n += step;
+  long whole = failing_alloc_count();
+  if (whole == 0) fail_msg("the trial allocates nothing through the wrapped functions");
+  return whole;
+}
