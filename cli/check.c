@@ -50,7 +50,8 @@ static double angle_at(const hb_model *m, int frame, double t) {
   return angle ? hb_formula_eval(angle, vars) : 0;
 }
 
-/* Largest twisting moment that the prescribed angles put into a span during the run: the twist over its compliance. */
+/* Largest twisting moment that the prescribed angles put into a span during the run: the twist over its
+ * compliance. */
 static double span_moment(const hb_model *m, const hb_span *s) {
   double most = 0;
   if (s->first_frame < 0 || s->last_frame < 0 || !(s->compliance > 0)) return 0;
@@ -63,15 +64,14 @@ static double span_moment(const hb_model *m, const hb_span *s) {
 }
 
 /* Larger principal value of the bending form of an edge. */
-static double stiff_side(const double *B) {
-  return 0.5 * (B[0] + B[2]) + hypot(0.5 * (B[0] - B[2]), B[1]);
-}
+static double stiff_side(const double *B) { return 0.5 * (B[0] + B[2]) + hypot(0.5 * (B[0] - B[2]), B[1]); }
 
 /* Smaller principal value. */
 static double soft_side(const double *B) { return 0.5 * (B[0] + B[2]) - hypot(0.5 * (B[0] - B[2]), B[1]); }
 
-/* Square of the highest frequency of a vertex: bending waves of the shortest length, 16 B/(rho A l^4), which alone give
- * the limit h <= l^2/2 sqrt(rho A/B); and the coupling of twist and bending, at most 2.6 M/(rho A l^3). */
+/* Square of the highest frequency of a vertex: bending waves of the shortest length, 16 B/(rho A l^4), which
+ * alone give the limit h <= l^2/2 sqrt(rho A/B); and the coupling of twist and bending, at most 2.6 M/(rho A
+ * l^3). */
 static double highest_frequency2(const hb_model *m, int k, double moment) {
   double l = 0.5 * m->voronoi[k], per_length = m->mass[k] / m->weight[k];
   double B = fmax(stiff_side(&m->B[3 * k - 3]), stiff_side(&m->B[3 * k]));
@@ -92,7 +92,8 @@ static double damping_rate(const hb_model *m, const hb_rod *rod, int k) {
 
 /* Everything about one rod. */
 static rod_summary summarise_rod(const hb_model *m, const hb_rod *rod) {
-  rod_summary s = {.bending = {HUGE_VAL, -HUGE_VAL}, .twisting = {HUGE_VAL, -HUGE_VAL}, .stable_step = HUGE_VAL};
+  rod_summary s = {
+      .bending = {HUGE_VAL, -HUGE_VAL}, .twisting = {HUGE_VAL, -HUGE_VAL}, .stable_step = HUGE_VAL};
   int last = rod->first + rod->nv - 1;
   for (int k = rod->first; k <= last; k++) s.mass += m->mass[k];
   for (int k = rod->first; k < last; k++) {
@@ -144,7 +145,8 @@ static hb_status summarise(const hb_model *m, summary *s, hb_error *err) {
   return HB_OK;
 }
 
-/* ---- for a person ---------------------------------------------------------------------------------------------- */
+/* ---- for a person
+ * ---------------------------------------------------------------------------------------------- */
 
 /* "3.2 MB" and the like. */
 static const char *in_bytes(double bytes, char buffer[32]) {
@@ -157,23 +159,29 @@ static const char *in_bytes(double bytes, char buffer[32]) {
 
 /* "0.42 s", "12 min". */
 static const char *in_time(double seconds, char buffer[32]) {
-  if (seconds < 120) snprintf(buffer, 32, "%.2g s", seconds);
-  else if (seconds < 7200) snprintf(buffer, 32, "%.0f min", seconds / 60);
-  else snprintf(buffer, 32, "%.1f h", seconds / 3600);
+  if (seconds < 120)
+    snprintf(buffer, 32, "%.2g s", seconds);
+  else if (seconds < 7200)
+    snprintf(buffer, 32, "%.0f min", seconds / 60);
+  else
+    snprintf(buffer, 32, "%.1f h", seconds / 3600);
   return buffer;
 }
 
 /* One number, or lo .. hi. */
 static const char *in_range(range r, char buffer[64]) {
-  if (r.hi - r.lo <= 1e-12 * fabs(r.hi)) snprintf(buffer, 64, "%g", r.hi);
-  else snprintf(buffer, 64, "%g .. %g", r.lo, r.hi);
+  if (r.hi - r.lo <= 1e-12 * fabs(r.hi))
+    snprintf(buffer, 64, "%g", r.hi);
+  else
+    snprintf(buffer, 64, "%g .. %g", r.lo, r.hi);
   return buffer;
 }
 
 /* What kind of rod it is, in words. */
 static const char *kind_of(const hb_rod *rod) {
   if (!rod->closed_form) return "general: twist by Newton";
-  return rod->twist_free ? "isotropic, straight at rest, carries no twist" : "isotropic, straight at rest: twist in closed form";
+  return rod->twist_free ? "isotropic, straight at rest, carries no twist"
+                         : "isotropic, straight at rest: twist in closed form";
 }
 
 /* "[a, b, c]" of a support's or load's formulas. */
@@ -188,27 +196,32 @@ static void print_formulas(hb_formula *const value[3], const bool *axis_free) {
 /* One support in words. */
 static void print_support(const hb_support_def *s) {
   static const char *const what[] = {"position", "tangent", "material angle", "material frame"};
-  printf("  support  %s %d: %s ", s->kind == HB_SUPPORT_POSITION ? "vertex" : "edge", s->index, what[s->kind]);
+  printf("  support  %s %d: %s ", s->kind == HB_SUPPORT_POSITION ? "vertex" : "edge", s->index,
+         what[s->kind]);
   bool formulas = s->value[0] || s->value[1] || s->value[2];
   bool some_free = s->axis_free[0] || s->axis_free[1] || s->axis_free[2];
-  if (s->kind == HB_SUPPORT_ANGLE) printf("%s", s->angle ? hb_formula_text(s->angle) : "as at the start");
-  else if (formulas || some_free) print_formulas(s->value, s->axis_free);
-  else printf("fixed");
+  if (s->kind == HB_SUPPORT_ANGLE)
+    printf("%s", s->angle ? hb_formula_text(s->angle) : "as at the start");
+  else if (formulas || some_free)
+    print_formulas(s->value, s->axis_free);
+  else
+    printf("fixed");
   if (s->kind == HB_SUPPORT_DIRECTOR && s->angle) printf(", turned by %s", hb_formula_text(s->angle));
   printf("\n");
 }
 
 /* One load in words. */
 static void print_force(const hb_model *m, const hb_force_def *f) {
-  static const char *const what[] = {"gravity", "force", "force per length", "force on every vertex", "wind of velocity"};
+  static const char *const what[] = {"gravity", "force", "force per length", "force on every vertex",
+                                     "wind of velocity"};
   printf("force      %s ", what[f->kind]);
   print_formulas(f->value, NULL);
   if (f->kind == HB_FORCE_POINT) printf(" on vertex %d", f->vertex);
   if (f->rod >= 0) printf(" of rod %s", m->rods[f->rod].name);
   if (f->follower) printf(", turning with the material frame (t, m1, m2)");
   if (f->kind == HB_FORCE_WIND)
-    printf(", resistance linear %g and %g, quadratic %g and %g (normal and tangential)", f->linear[0], f->linear[1],
-           f->quadratic[0], f->quadratic[1]);
+    printf(", resistance linear %g and %g, quadratic %g and %g (normal and tangential)", f->linear[0],
+           f->linear[1], f->quadratic[0], f->quadratic[1]);
   printf("\n");
 }
 
@@ -231,10 +244,12 @@ static void print_step_limit(const hb_model *m, const summary *s) {
     printf("stability  nothing limits the step\n");
     return;
   }
-  printf("stability  an explicit scheme bears steps up to about %.3g (rod %s)\n", s->stable_step, m->rods[s->stiffest].name);
+  printf("stability  an explicit scheme bears steps up to about %.3g (rod %s)\n", s->stable_step,
+         m->rods[s->stiffest].name);
   if (step > s->stable_step)
-    printf("warning    the step %g is above that: the run will most likely blow up; take at most %.2g, or fewer vertices\n", step,
-           0.8 * s->stable_step);
+    printf("warning    the step %g is above that: the run will most likely blow up; take at most %.2g, or "
+           "fewer vertices\n",
+           step, 0.8 * s->stable_step);
 }
 
 /* The whole answer. */
@@ -247,34 +262,44 @@ static void print_text(const hb_model *m, const summary *s) {
   for (int k = 0; k < def->force_count; k++) print_force(m, &def->forces[k]);
   printf("method     %s, step %g, duration %g: %.0f steps; lengths kept to %g %s\n",
          method->integrator ? method->integrator : "verlet", method->time_step, method->duration, s->steps,
-         method->length_tolerance, method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute");
+         method->length_tolerance,
+         method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute");
   print_step_limit(m, s);
-  printf("output     every %d steps: %.0f frames, about %s\n", def->output.every, s->frames, in_bytes(s->bytes, a));
+  printf("output     every %d steps: %.0f frames, about %s\n", def->output.every, s->frames,
+         in_bytes(s->bytes, a));
   printf("run time   about %s on one core\n", in_time(s->seconds, b));
   if (s->length_mismatch > 1e-9)
-    printf("note       edges of the initial shape differ from their rest lengths by up to %.3g %%; the run begins by moving the "
-           "vertices to where the lengths are right\n", 100 * s->length_mismatch);
+    printf("note       edges of the initial shape differ from their rest lengths by up to %.3g %%; the run "
+           "begins by moving the "
+           "vertices to where the lengths are right\n",
+           100 * s->length_mismatch);
   for (int k = 0; k < m->note_count; k++) printf("note       %s\n", m->notes[k]);
 }
 
-/* ---- for a program --------------------------------------------------------------------------------------------- */
+/* ---- for a program
+ * --------------------------------------------------------------------------------------------- */
 
 /* A JSON string. */
 static void json_text(const char *text) {
   putchar('"');
   for (; text && *text; text++) {
     unsigned char c = (unsigned char)*text;
-    if (c == '"' || c == '\\') printf("\\%c", c);
-    else if (c < 32) printf("\\u%04x", c);
-    else putchar(c);
+    if (c == '"' || c == '\\')
+      printf("\\%c", c);
+    else if (c < 32)
+      printf("\\u%04x", c);
+    else
+      putchar(c);
   }
   putchar('"');
 }
 
 /* A JSON number; null where it is not finite. */
 static void json_number(const char *key, double value, const char *after) {
-  if (isfinite(value)) printf("\"%s\": %.17g%s", key, value, after);
-  else printf("\"%s\": null%s", key, after);
+  if (isfinite(value))
+    printf("\"%s\": %.17g%s", key, value, after);
+  else
+    printf("\"%s\": null%s", key, after);
 }
 
 /* One rod as an object. */
@@ -284,7 +309,8 @@ static void json_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s)
   printf(", \"vertices\": %d, ", rod->nv);
   json_number("length", rod->length, ", ");
   json_number("mass", s->mass, ", ");
-  printf("\"kind\": \"%s\", \"twist_free\": %s, ", rod->closed_form ? "isotropic" : "general", rod->twist_free ? "true" : "false");
+  printf("\"kind\": \"%s\", \"twist_free\": %s, ", rod->closed_form ? "isotropic" : "general",
+         rod->twist_free ? "true" : "false");
   json_number("bending_min", s->bending.lo, ", ");
   json_number("bending_max", s->bending.hi, ", ");
   json_number("twisting_min", s->twisting.lo, ", ");
@@ -324,7 +350,8 @@ static void print_json(const hb_model *m, const summary *s) {
   printf("]\n}\n");
 }
 
-/* ---- the verb -------------------------------------------------------------------------------------------------- */
+/* ---- the verb
+ * -------------------------------------------------------------------------------------------------- */
 
 /* Reads, compiles, prints. */
 static int check(const char *path, const char *const *overrides, int override_count, bool json) {
@@ -346,7 +373,8 @@ static int check(const char *path, const char *const *overrides, int override_co
 
 /* hebra check SCENE [--set KEY=VALUE]... [--json] */
 static int run(int argc, char **argv) {
-  static const struct option options[] = {{"set", required_argument, NULL, 's'}, {"json", no_argument, NULL, 'j'}, {NULL, 0, NULL, 0}};
+  static const struct option options[] = {
+      {"set", required_argument, NULL, 's'}, {"json", no_argument, NULL, 'j'}, {NULL, 0, NULL, 0}};
   const char **overrides = hb_alloc((size_t)argc, sizeof *overrides);
   int count = 0, option, status;
   bool json = false, bad = false;
@@ -358,13 +386,20 @@ static int run(int argc, char **argv) {
   optind = 1;
   opterr = 0;
   while (!bad && (option = getopt_long(argc, argv, "s:j", options, NULL)) != -1) {
-    if (option == 's') overrides[count++] = optarg;
-    else if (option == 'j') json = true;
-    else bad = true;
+    if (option == 's')
+      overrides[count++] = optarg;
+    else if (option == 'j')
+      json = true;
+    else
+      bad = true;
   }
-  if (bad) status = cli_usage(&cli_verb_check, "\"%s\" is not understood or lacks its value", argv[optind - 1]);
-  else if (optind + 1 != argc) status = cli_usage(&cli_verb_check, "%s", optind == argc ? "the scene file is missing" : "one scene file at a time");
-  else status = check(argv[optind], overrides, count, json);
+  if (bad)
+    status = cli_usage(&cli_verb_check, "\"%s\" is not understood or lacks its value", argv[optind - 1]);
+  else if (optind + 1 != argc)
+    status = cli_usage(&cli_verb_check, "%s",
+                       optind == argc ? "the scene file is missing" : "one scene file at a time");
+  else
+    status = check(argv[optind], overrides, count, json);
   hb_free(overrides);
   return status;
 }
@@ -372,14 +407,18 @@ static int run(int argc, char **argv) {
 const cli_verb cli_verb_check = {
     .name = "check",
     .summary = "read a scene, say what it would do and cost; never run",
-    .help = "usage: hebra check SCENE [--set KEY=VALUE]... [--json]\n\n"
-            "Reads SCENE, checks every rule, and says what `hebra run` would do: rods with their kind, moduli and supports,\n"
-            "forces, steps, the largest step that the method bears, frames, size of the output, run time. Nothing is run and\n"
-            "nothing is written. Exit status 2 and one sentence with the place if something is wrong.\n\n"
-            "  --set KEY=VALUE   change or add a key of the scene; may be repeated. Rods are addressed by index (rods[0].bending),\n"
-            "                    by name (rods.tree.bending) or all at once (rods.*.bending)\n"
-            "  --json            the answer as one JSON object\n\n"
-            "Example:\n"
-            "  hebra check scenes/thesis-3-tree.yaml --set rods.tree.bending=50 --set method.time_step=5e-4\n",
+    .help =
+        "usage: hebra check SCENE [--set KEY=VALUE]... [--json]\n\n"
+        "Reads SCENE, checks every rule, and says what `hebra run` would do: rods with their kind, moduli "
+        "and supports,\n"
+        "forces, steps, the largest step that the method bears, frames, size of the output, run time. "
+        "Nothing is run and\n"
+        "nothing is written. Exit status 2 and one sentence with the place if something is wrong.\n\n"
+        "  --set KEY=VALUE   change or add a key of the scene; may be repeated. Rods are addressed by index "
+        "(rods[0].bending),\n"
+        "                    by name (rods.tree.bending) or all at once (rods.*.bending)\n"
+        "  --json            the answer as one JSON object\n\n"
+        "Example:\n"
+        "  hebra check scenes/thesis-3-tree.yaml --set rods.tree.bending=50 --set method.time_step=5e-4\n",
     .run = run,
 };

@@ -1,7 +1,7 @@
 # Installation: program, libraries, headers, CMake package, pkg-config file, Debian package.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS hebra_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)
+install(TARGETS hebra_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS hebra_core hebra EXPORT hebra-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY include/hebra DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")

@@ -70,13 +70,36 @@ static double march(const polyline *line, double c, double *places) {
 /* march as a function of c. */
 static double overshoot(const void *context, double c) { return march(context, c, NULL); }
 
-/* Places of the vertices on the line for the chord that ends the march at the line's end. */
-static void start_places(const polyline *line, double *places) {
+/* Places of the vertices on the line at equal arcs. */
+static void even_places(const polyline *line, double *places) {
+  double length = line->arc[line->segments];
+  int k = 0;
+  for (int i = 0; i <= line->steps; i++) {
+    double arc = length * ((double)i / line->steps);
+    while (k < line->segments - 1 && line->arc[k + 1] < arc) k++;
+    double piece = line->arc[k + 1] - line->arc[k];
+    places[i] = k + (piece > 0 ? fmin(1, fmax(0, (arc - line->arc[k]) / piece)) : 0);
+  }
+  places[line->steps] = line->segments;
+}
+
+/* Chord with which the march ends at the line's end; where the march jumps over the end (a corner comes into
+ * reach), the place of the jump. */
+static double march_chord(const polyline *line) {
   double length = line->arc[line->segments], c = length / line->steps;
   hb_bracket bracket = {c, overshoot(line, c), 0, -length};
   /* chords are shorter than arcs, so the march with arc/steps is never short, but for round-off */
-  if (bracket.fa > 0) c = hb_solve_bracketed(overshoot, line, bracket, 0);
-  march(line, c, places);
+  return bracket.fa > 0 ? hb_solve_bracketed(overshoot, line, bracket, 0) : c;
+}
+
+/* Places of the march: with a slightly shorter chord, a slightly longer one, or between these two. At a jump
+ * the division lies between: a vertex behind a sharp corner, where the march finds the places before it and
+ * far behind. */
+static void march_places(const polyline *line, double c, double share, double *places, double *work) {
+  const double nudge = 1e-9;
+  march(line, c * (1 - nudge), places);
+  march(line, c * (1 + nudge), work);
+  for (int i = 0; i <= line->steps; i++) places[i] += share * (work[i] - places[i]);
   places[line->steps] = line->segments;
 }
 
@@ -192,26 +215,56 @@ static void sample(const hb_path *path, int samples, double *points, double *arc
   }
 }
 
-/* Starts from the sampled path, then equalises on the path itself. work: 4 (steps + 1) doubles. */
+/* Places on the sampled line to parameters of the path. */
+static void to_parameters(const polyline *line, division *d) {
+  double width = d->path->to - d->path->from;
+  for (int i = 0; i < d->steps; i++) d->p[i] = d->path->from + width * (d->p[i] / line->segments);
+  d->p[d->steps] = d->path->to;
+}
+
+/* What round-off of the places and of the coordinates lets the chords differ by. */
+static double round_off(const division *d, const polyline *line, const double *xyz, double mean) {
+  double size = 0;
+  for (size_t i = 0; i < 3 * ((size_t)d->steps + 1); i++) size = fmax(size, fabs(xyz[i]));
+  return 1e-13 * mean + 8 * DBL_EPSILON * (size + line->arc[line->segments]);
+}
+
+/* Starts from different places until Newton equalises the chords to round-off: equal arcs if their chords are
+ * equal already (so that a polyline with equal edges stays as it is), the march, equal arcs. Returns what is
+ * left of the difference, over the chord; 0 if that is round-off. */
+static double attempt_all(division *d, const polyline *line, double *xyz, double *mean) {
+  static const double shares[] = {0.5, 0, 1, 0.25, 0.75};
+  double least = HUGE_VAL, c = 0;
+  for (int attempt = 0; attempt < 7; attempt++) {
+    bool even = attempt == 0 || attempt == 6;
+    if (attempt == 1) c = march_chord(line);
+    if (even)
+      even_places(line, d->p);
+    else
+      march_places(line, c, shares[attempt - 1], d->p, d->trial);
+    to_parameters(line, d);
+    double error = attempt == 0 ? deviation(d, d->p, xyz, mean) : equalise(d, xyz, mean);
+    double allowed = round_off(d, line, xyz, *mean);
+    if (attempt == 0 && error <= allowed) error = equalise(d, xyz, mean);
+    if (*mean > 0 && error <= allowed) return 0;
+    if (*mean > 0) least = fmin(least, error / *mean);
+  }
+  return least;
+}
+
+/* All attempts, then the verdict. work: 4 (steps + 1) doubles. */
 static hb_status divide(const hb_path *path, const polyline *line, double *work, double *xyz, hb_error *err) {
   size_t n = (size_t)line->steps + 1;
   division d = {path, line->steps, work, work + n, work + 2 * n, work + 3 * n};
-  start_places(line, d.p);
-  for (size_t i = 0; i < n; i++) d.p[i] = path->from + (path->to - path->from) * (d.p[i] / line->segments);
-  d.p[n - 1] = path->to;
-  double mean, error = equalise(&d, xyz, &mean), size = 0;
-  for (size_t i = 0; i < 3 * n; i++) size = fmax(size, fabs(xyz[i]));
-  /* what round-off of the places and of the coordinates allows */
-  double allowed = 1e-13 * mean + 8 * DBL_EPSILON * (size + line->arc[line->segments]);
-  if (mean > 0 && error <= allowed) {
-    hb_status status = check_cuts(&d, line, mean, err);
-    return status == HB_OK ? hb_curve_check_edges(xyz, line->steps + 1, err) : status;
-  }
-  return hb_fail(
-      err, HB_ERR_INPUT,
-      "the curve cannot be divided into %d equal edges (they differ by %.2g of their length); it bends too "
-      "sharply for so few, use more vertices",
-      line->steps, mean > 0 ? error / mean : 1);
+  double mean = 0, error = attempt_all(&d, line, xyz, &mean);
+  if (error > 0)
+    return hb_fail(
+        err, HB_ERR_INPUT,
+        "the curve cannot be divided into %d equal edges (they differ by %.2g of their length); it bends too "
+        "sharply for so few, use more vertices",
+        line->steps, error);
+  hb_status status = check_cuts(&d, line, mean, err);
+  return status == HB_OK ? hb_curve_check_edges(xyz, line->steps + 1, err) : status;
 }
 
 /* Memory around the work. */

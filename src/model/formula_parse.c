@@ -63,9 +63,10 @@ static void excerpt(const parser *p, size_t around, hb_phrase *out) {
   size_t from = 0, to = p->length;
   if (p->length > EXCERPT) {
     from = around > EXCERPT / 2 ? around - EXCERPT / 2 : 0;
+    if (from > p->length - EXCERPT) from = p->length - EXCERPT;
     to = from + EXCERPT < p->length ? from + EXCERPT : p->length;
     while (from < around && is_tail(text[from])) from++;
-    while (to < p->length && is_tail(text[to])) to--;
+    while (to > from && to < p->length && is_tail(text[to])) to--;
   }
   if (from > 0) hb_phrase_add(out, "...");
   for (size_t k = from; k < to; k++) {

@@ -75,10 +75,11 @@ hb_status hb_section_compute(const hb_section *section, double E, double G, doub
   if (status == HB_OK) status = positive("the density", rho, err);
   if (status != HB_OK) return status;
   shape s = measure(section);
-  *out = (hb_section_moduli){s.area, E * s.I1, E * s.I2, G * s.J, rho * s.area, E * s.area};
-  double least = fmin(fmin(fmin(out->B11, out->B22), fmin(out->beta, out->mass_per_length)), out->EA);
-  double most = fmax(fmax(fmax(out->B11, out->B22), fmax(out->beta, out->mass_per_length)), out->EA);
-  if (least > 0 && isfinite(most)) return HB_OK;
+  const double values[] = {s.area, E * s.I1, E * s.I2, G * s.J, rho * s.area, E * s.area};
+  bool in_range = true;
+  for (int k = 0; k < 6; k++) in_range = in_range && values[k] > 0 && isfinite(values[k]);
+  *out = (hb_section_moduli){values[0], values[1], values[2], values[3], values[4], values[5]};
+  if (in_range) return HB_OK;
   return hb_fail(
       err, HB_ERR_INPUT,
       "the section of sizes %g and %g with E = %g, G = %g and density %g is beyond the range of numbers; "

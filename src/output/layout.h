@@ -10,21 +10,13 @@
 
 #include "hebra/sim.h"
 #include "output/h5.h"
+#include "output/series.h"
 
 #define HB_LAYOUT_VERSION 1
 #define HB_LAYOUT_STEPS "VTKHDF/Steps"
 #define HB_LAYOUT_COUNT "NSteps"
 #define HB_LAYOUT_VALUES "VTKHDF/Steps/Values"
 #define HB_LAYOUT_MAX_FRAMES 500000000L /* one chunk of HDF5 stays below 4 GiB */
-
-/* A scalar of hb_frame that is kept for every frame under /hebra/series. */
-typedef struct hb_series {
-  const char *name, *unit, *text;
-  size_t offset; /* in hb_frame */
-  bool integer;  /* a long, else a double */
-} hb_series;
-extern const hb_series hb_series_table[];
-extern const int hb_series_count;
 
 /* Path of the data set of a field or series, without leading slash. */
 void hb_layout_field_path(const hb_frame_field *field, char *text, size_t size);

@@ -69,40 +69,63 @@ void hb_lens_pixel(const hb_lens *lens, hb_v3 p, double out[2]) {
   out[1] = lens->cy + scale * p.y;
 }
 
-/* The eye goes back until all eight corners of the box are inside, with a margin of a few percent. */
+/* A corner of the box, without infinities. */
+static hb_v3 corner(const double lo[3], const double hi[3], int which) {
+  return (hb_v3){finite_or(which & 1 ? hi[0] : lo[0], 0), finite_or(which & 2 ? hi[1] : lo[1], 0),
+                 finite_or(which & 4 ? hi[2] : lo[2], 0)};
+}
+
+/* Limits of the box on the screen of a camera one unit wide: left, right, top, bottom. */
+static void screen_box(const hb_camera *camera, const double lo[3], const double hi[3], double out[4]) {
+  hb_lens lens;
+  hb_lens_make(camera, (hb_rect){0, 0, 1000, 1000}, &lens);
+  out[0] = out[2] = HUGE_VAL;
+  out[1] = out[3] = -HUGE_VAL;
+  for (int k = 0; k < 8; k++) {
+    double at[2];
+    hb_lens_pixel(&lens, hb_lens_look(&lens, corner(lo, hi, k)), at);
+    for (int c = 0; c < 2; c++) {
+      out[2 * c] = fmin(out[2 * c], at[c] / 1000 - 0.5);
+      out[2 * c + 1] = fmax(out[2 * c + 1], at[c] / 1000 - 0.5);
+    }
+  }
+}
+
+/* Moves target and eye until the box is centred on the screen and fills it up to a margin of a few percent. */
+static void centre_box(const double lo[3], const double hi[3], hb_v3 back, double aspect, hb_camera *camera) {
+  const double margin = 1.06;
+  hb_v3 target = hb_v3_load(camera->target);
+  double distance = hb_v3_norm(hb_v3_sub(hb_v3_load(camera->eye), target)), box[4], least = 1e-12 * distance;
+  for (int round = 0; round < 12; round++) {
+    hb_lens lens;
+    hb_lens_make(camera, (hb_rect){0, 0, 1000, 1000}, &lens);
+    screen_box(camera, lo, hi, box);
+    double size = camera->orthographic ? camera->height : 2 * distance * hb_lens_tan(0.5 * camera->height);
+    target = hb_v3_axpy(target, 0.5 * (box[0] + box[1]) * size, lens.right);
+    target = hb_v3_axpy(target, 0.5 * (box[2] + box[3]) * size, lens.down);
+    double fill = margin * fmax((box[1] - box[0]) / aspect, box[3] - box[2]);
+    if (camera->orthographic) camera->height = fmax(camera->height * fill, least);
+    else { /* what is nearer than the target grows faster: not quite all the way at once */
+      double front = 0;
+      for (int k = 0; k < 8; k++) front = fmax(front, hb_v3_dot(hb_v3_sub(corner(lo, hi, k), target), back));
+      distance = fmax(front + (distance - front) * fill, front * 1.05 + least);
+    }
+    hb_v3_store(camera->target, target);
+    hb_v3_store(camera->eye, hb_v3_axpy(target, distance, back));
+  }
+}
+
+/* Starts far enough away and closes in. */
 void hb_camera_fit(const double lo[3], const double hi[3], const double dir[3], const double up[3],
                    bool orthographic, double aspect, hb_camera *camera) {
-  double centre[3], size = 0;
-  for (int k = 0; k < 3; k++) {
-    double a = finite_or(lo[k], 0), b = finite_or(hi[k], 0);
-    centre[k] = 0.5 * (a + b);
-    size = fmax(size, fabs(b - a));
-  }
-  if (!(size > 0)) size = 1;
+  hb_v3 a = corner(lo, hi, 0), b = corner(lo, hi, 7), back = direction_or(hb_v3_load(dir), (hb_v3){0, -1, 0});
+  double size = hb_v3_norm(hb_v3_sub(a, b));
+  bool empty = !(size > 1e-140);
+  if (empty) size = 1;
   if (!(aspect > 1e-3 && aspect < 1e3)) aspect = 1;
-  hb_v3 back = direction_or(hb_v3_load(dir), (hb_v3){0, -1, 0});
-  *camera = (hb_camera){.orthographic = orthographic, .height = orthographic ? size : 0.5};
-  for (int k = 0; k < 3; k++) {
-    camera->target[k] = centre[k];
-    camera->up[k] = up[k];
-  }
-  hb_v3_store(camera->eye, hb_v3_axpy(hb_v3_load(centre), size, back));
-  hb_lens lens;
-  hb_lens_make(camera, (hb_rect){0, 0, 100, 100}, &lens);
-  double half = hb_lens_tan(0.25), vertical = 0, horizontal = 0, distance = size;
-  for (int corner = 0; corner < 8; corner++) {
-    hb_v3 p = {corner & 1 ? finite_or(hi[0], 0) : finite_or(lo[0], 0),
-               corner & 2 ? finite_or(hi[1], 0) : finite_or(lo[1], 0),
-               corner & 4 ? finite_or(hi[2], 0) : finite_or(lo[2], 0)};
-    hb_v3 q = hb_lens_look(&lens, p);
-    vertical = fmax(vertical, fabs(q.y));
-    horizontal = fmax(horizontal, fabs(q.x));
-    distance = fmax(distance, fmax(fabs(q.y), fabs(q.x) / aspect) / half * 1.06 + (size - q.z));
-  }
-  if (orthographic) {
-    camera->height = 2.12 * fmax(vertical, horizontal / aspect);
-    if (!(camera->height > 0)) camera->height = size;
-    distance = 2 * size;
-  }
-  hb_v3_store(camera->eye, hb_v3_axpy(hb_v3_load(centre), distance, back));
+  *camera = (hb_camera){.orthographic = orthographic, .height = orthographic ? 2 * size : 0.5};
+  hb_v3_store(camera->target, hb_v3_scale(0.5, hb_v3_add(a, b)));
+  for (int k = 0; k < 3; k++) camera->up[k] = up[k];
+  hb_v3_store(camera->eye, hb_v3_axpy(hb_v3_load(camera->target), 5 * size, back));
+  if (!empty) centre_box(lo, hi, back, aspect, camera);
 }

@@ -254,7 +254,7 @@ hb_status hb_occlusion_make(const hb_strands *s, hb_v3 key, double pixel, hb_occ
   o->e1 = hb_any_normal(key);
   o->e2 = hb_v3_cross(key, o->e1);
   o->soft = LAMP_HALF_ANGLE;
-  o->least_soft = fmax(0.3 * s->radius, 2 * pixel);
+  o->least_soft = fmax(0.3 * s->radius, 2.5 * pixel);
   o->most_soft = fmax(0.035 * s->size, 2 * o->least_soft);
   o->reach = SKY_REACH * s->radius;
   o->hash_cell = fmax(o->reach + fmax(1.5 * s->radius, s->size / 400), 1e-200);

@@ -161,19 +161,17 @@ static bool next_strand(const hb_tube *tube, int *from, int *to) {
   }
 }
 
-/* Colours as linear light; the stripe is light on dark tubes and dark on light ones. */
+/* Colours as linear light. The stripe is amber on cold colours and ink on warm ones: both stand out against the tube
+ * and against a light page. */
 static void choose_colors(const hb_tube *tube, hb_look *look) {
-  double light = 0;
-  const double weight[3] = {0.3, 0.6, 0.1};
+  const double amber[3] = {0.90, 0.48, 0.13}, ink[3] = {0.016, 0.030, 0.070};
   for (int k = 0; k < 3; k++) {
     double v = tube->color[k];
     v = v > 0 ? fmin(v, 1) : 0;
     look->base[k] = v * v;
-    light += weight[k] * v;
   }
-  const double cream[3] = {0.93, 0.87, 0.74}, ink[3] = {0.02, 0.025, 0.04};
-  for (int k = 0; k < 3; k++)
-    look->stripe[k] = light < 0.72 ? 0.08 * look->base[k] + 0.92 * cream[k] : 0.25 * look->base[k] + 0.75 * ink[k];
+  const double *stripe = look->base[0] > look->base[2] * 1.2 ? ink : amber;
+  for (int k = 0; k < 3; k++) look->stripe[k] = stripe[k];
 }
 
 /* Radius as drawn: what cannot be seen is drawn thicker. */

@@ -5,7 +5,7 @@
 #include "render/shade.h"
 
 /* Pixels between the points where the ground's shadow is worked out. */
-enum { LATTICE = 4, CORNERS = HB_TILE / LATTICE + 1 };
+enum { LATTICE = 2, CORNERS = HB_TILE / LATTICE + 1 };
 /* How much light the shadow takes from the background. */
 #define SHADOW_DEPTH 0.42
 

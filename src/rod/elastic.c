@@ -19,12 +19,14 @@ static inline void pull_edge(double *f, int j, hb_v3 q) {
 
 /* Isotropic and straight at rest. With c = t.t', chi = 1 + c: E = alpha |kb|^2/l = 4 alpha (1-c)/(l chi), hence
  * -dE/de = 8 alpha/(l chi^2) (t' - c t)/|e| and the same with the edges exchanged; d psi/de = -(t x t')/(chi |e|). */
-static void closed_span(const hb_model *m, int o, int a, int b, double moment, const hb_rod_work *w, hb_v3 *carry,
+static void closed_span(const hb_model *m, int o, int a, int b, double moment, hb_rod_work *w, hb_v3 *carry,
                         double *f) {
+  double lowest = w->lowest_chi;
   hb_v3 t = hb_v3_load(w->tangent + 3 * a);
   for (int i = a + 1; i <= b; i++) {
     hb_v3 n = hb_v3_load(w->tangent + 3 * i), x = hb_v3_cross(t, n);
     double c = hb_v3_dot(t, n), chi = 1 + c;
+    lowest = chi < lowest ? chi : lowest;
     chi = chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT;
     double inv = 1 / chi, k = m->bend_gain[o + i] * (inv * inv), g = moment * inv;
     double k0 = k * w->inv_length[i - 1], k1 = k * w->inv_length[i], g0 = g * w->inv_length[i - 1],
@@ -34,15 +36,17 @@ static void closed_span(const hb_model *m, int o, int a, int b, double moment, c
     *carry = (hb_v3){k1 * (t.x - c * n.x) - g1 * x.x, k1 * (t.y - c * n.y) - g1 * x.y, k1 * (t.z - c * n.z) - g1 * x.z};
     t = n;
   }
+  w->lowest_chi = lowest;
 }
 
 /* Span by span, each with its own moment. */
-void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state *state, const hb_rod_work *work,
+void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state *state, hb_rod_work *work,
                        double *f) {
   int o = rod->first, ne = rod->nv - 1;
   double *own = f + 3 * (size_t)o;
   hb_v3 carry = {0, 0, 0};
   own[0] = own[1] = own[2] = 0;
+  work->lowest_chi = 2;
   for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++)
     closed_span(model, o, model->spans[s].first_edge - o, model->spans[s].last_edge - o, state->moment[s], work, &carry,
                 own);
@@ -50,17 +54,20 @@ void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state 
 }
 
 /* General rods: g = dE/d(kb) at fixed material angle, then the gradient of kb = 2 t x t'/chi by the edges. */
-void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state *state, const hb_rod_work *w,
+void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state *state, hb_rod_work *w,
                         double *f) {
   int o = rod->first, ne = rod->nv - 1;
   double *own = f + 3 * (size_t)o;
   const double *m1 = state->m1 + 3 * (size_t)o;
   hb_v3 carry = {0, 0, 0}, t = hb_v3_load(w->tangent);
   own[0] = own[1] = own[2] = 0;
+  w->lowest_chi = 2;
   for (int i = 1; i < ne; i++) {
     hb_v3 n = hb_v3_load(w->tangent + 3 * i), kb = hb_v3_load(w->kb + 3 * i), g = {0, 0, 0};
     const double *b = w->stress + 4 * i;
-    double inv_l = 1 / model->voronoi[o + i], inv = 1 / fmax(1 + hb_v3_dot(t, n), HB_FOLD_LIMIT);
+    double inv_l = 1 / model->voronoi[o + i], chi = 1 + hb_v3_dot(t, n);
+    double inv = 1 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT);
+    if (chi < w->lowest_chi) w->lowest_chi = chi;
     for (int side = 0; side < 2; side++) {
       hb_v3 d1 = hb_v3_load(m1 + 3 * (i - 1 + side)), d2 = hb_v3_cross(side ? n : t, d1);
       g = hb_v3_axpy(g, inv_l * b[2 * side], d2);
@@ -77,7 +84,8 @@ void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state
   pull_edge(own, ne - 1, carry);
 }
 
-/* Rates of material curvature over the step just done, their dissipation, and the new history. */
+/* What viscosity took over the step just done, with the mean rates of material curvature (second order), and the new
+ * history. */
 double hb_elastic_commit(const hb_model *m, const hb_rod *rod, hb_state *state, const hb_rod_work *w, double h) {
   double lost = 0;
   if (!m->def->rods[rod->index].viscosity) return 0;
@@ -86,8 +94,8 @@ double hb_elastic_commit(const hb_model *m, const hb_rod *rod, hb_state *state, 
     double inv_l = 1 / m->voronoi[k];
     for (int c = 0; c < 4; c++) {
       double now = w->omega[4 * i + c], *past = &state->omega_1[4 * k + c], *older = &state->omega_2[4 * k + c];
-      double rate = (1.5 * now - 2 * *past + 0.5 * *older) / h;
-      lost += inv_l * m->viscosity[k - 1 + c / 2] * rate * (now - *past);
+      double change = now - *past;
+      lost += inv_l * m->viscosity[k - 1 + c / 2] * change * change / h;
       *older = *past;
       *past = now;
     }

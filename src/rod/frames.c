@@ -26,13 +26,17 @@ void hb_frames_bishop(const hb_rod *rod, const hb_rod_work *work, const double u
   }
 }
 
-/* The director that support k prescribes at time t, before any extra turn about the tangent. */
-static hb_v3 base_director(const hb_frame_support *f, const hb_state *state, int k, hb_v3 t_now, double t) {
-  if (f->def->kind == HB_SUPPORT_DIRECTOR) {
-    hb_v3 d = {at_time(f->def->value[0], t), at_time(f->def->value[1], t), at_time(f->def->value[2], t)};
-    return hb_project_normal(d, t_now);
-  }
-  return hb_carry(hb_v3_load(state->frame_m1 + 3 * k), hb_v3_load(state->frame_tangent + 3 * k), t_now);
+/* The director that support k prescribes at time t, before any extra turn about the tangent. *turned: how far that is
+ * turned from where time-parallel transport would have carried it. */
+static hb_v3 base_director(const hb_frame_support *f, const hb_state *state, int k, hb_v3 t_now, double t,
+                           double *turned) {
+  hb_v3 carried = hb_carry(hb_v3_load(state->frame_m1 + 3 * k), hb_v3_load(state->frame_tangent + 3 * k), t_now);
+  *turned = 0;
+  if (f->def->kind != HB_SUPPORT_DIRECTOR) return carried;
+  hb_v3 d = {at_time(f->def->value[0], t), at_time(f->def->value[1], t), at_time(f->def->value[2], t)};
+  d = hb_project_normal(d, t_now);
+  *turned = hb_angle_about(carried, d, t_now);
+  return d;
 }
 
 /* How far the prescribed angle of support k has advanced since the start; directors given in space turn by all of it. */
@@ -49,10 +53,10 @@ void hb_frames_hold(const hb_model *model, const hb_rod *rod, hb_state *state, h
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
     const hb_frame_support *f = &model->frames[k];
     hb_v3 t_now = tangent_at(work, f->slot - rod->first);
-    double angle = at_time(f->def->angle, t);
-    hb_v3_store(state->frame_m1 + 3 * k, base_director(f, state, k, t_now, t));
+    double angle = at_time(f->def->angle, t), turned;
+    hb_v3_store(state->frame_m1 + 3 * k, base_director(f, state, k, t_now, t, &turned));
     hb_v3_store(state->frame_tangent + 3 * k, t_now);
-    work->frame_turned[k] = angle - state->frame_angle[k];
+    work->frame_turned[k] = turned + (angle - state->frame_angle[k]);
     state->frame_angle[k] = angle;
   }
   hb_frames_now(model, rod, state, work);
@@ -132,8 +136,10 @@ void hb_frames_start(const hb_model *model, const hb_rod *rod, hb_state *state, 
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
     int j = model->frames[k].slot - o;
     hb_v3 t = tangent_at(work, j);
+    bool director = model->frames[k].def->kind == HB_SUPPORT_DIRECTOR; /* its angle is not in frame_m1 */
     state->frame_angle[k] = at_time(model->frames[k].def->angle, 0);
-    hb_v3_store(state->frame_m1 + 3 * k, hb_turn(hb_v3_load(u + 3 * j), t, theta[j]));
+    double turn = director ? theta[j] - state->frame_angle[k] : theta[j];
+    hb_v3_store(state->frame_m1 + 3 * k, hb_turn(hb_v3_load(u + 3 * j), t, turn));
     hb_v3_store(state->frame_tangent + 3 * k, t);
   }
   for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++)

@@ -27,6 +27,7 @@ typedef struct hb_rod_work {
   /* per prescribed frame of the whole model */
   double *frame_now;   /* 3: the director now */
   double *frame_turned; /* how far it was turned since the last call */
+  double lowest_chi;   /* smallest 1 + t.t' of the last elastic force: near 0 where the rod folds back */
   double *block;
   size_t bytes;
 } hb_rod_work;
@@ -37,7 +38,7 @@ void hb_rod_work_free(hb_rod_work *work);
 /* geometry.c */
 /* Tangents and inverse lengths at x. Returns false if an edge has length zero or a coordinate is not finite. */
 bool hb_rod_geometry(const hb_rod *rod, const double *x, hb_rod_work *work);
-/* Vertex index where two edges fold back on each other (1 + t.t' below HB_FOLD_LIMIT), or -1. */
+/* First vertex where two edges fold back on each other (1 + t.t' below HB_FOLD_LIMIT), or -1. */
 int hb_rod_find_fold(const hb_rod *rod, const hb_rod_work *work);
 
 /* frames.c: after hb_rod_geometry */
@@ -67,9 +68,9 @@ void hb_twist_scan(const hb_model *model, const hb_rod *rod, hb_state *state, hb
 void hb_twist_residual(const hb_rod *rod, const hb_rod_work *work, double *residual, double *scale);
 
 /* elastic.c: after the twist. Writes (not adds) the elastic force on the rod's vertices into f. */
-void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state *state, const hb_rod_work *work,
+void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state *state, hb_rod_work *work,
                        double *f);
-void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state *state, const hb_rod_work *work,
+void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state *state, hb_rod_work *work,
                         double *f);
 /* Shifts the history of material curvatures by one step; returns the energy dissipated over the step h. */
 double hb_elastic_commit(const hb_model *model, const hb_rod *rod, hb_state *state, const hb_rod_work *work, double h);

@@ -14,6 +14,9 @@
 /* Turns longer than this are shortened: Newton's model of a cosine is no good beyond. */
 #define LONGEST_TURN 1.0
 
+/* A start may be far away, and each iteration goes at most LONGEST_TURN: so many times the iterations of a step. */
+#define START_FACTOR 100
+
 /* What one look at the energy tells. */
 typedef struct hb_look {
   double energy;     /* bending + twisting, up to a constant */
@@ -130,10 +133,10 @@ static void turn_frames(const hb_rod *rod, hb_rod_work *w, const double *m1, con
 }
 
 /* Newton until the gradient is round-off. m1, twist: the rod's part of the state, improved in place. */
-static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, hb_error *err) {
+static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, int limit,
+                          hb_error *err) {
   double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
   hb_look now = look_at(m, rod, w, m1, twist);
-  int limit = m->def->method.max_twist_iterations;
   for (int k = 0;; k++) {
     if (now.residual <= 16 * DBL_EPSILON * now.scale) break;
     if (k >= limit || !isfinite(now.energy))
@@ -227,7 +230,7 @@ hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state,
   curvature_binormals(rod, w);
   carry_frames(m, rod, state, w);
   set_targets(m, rod, state, w, h);
-  hb_status status = minimise(m, rod, state, w, err);
+  hb_status status = minimise(m, rod, state, w, m->def->method.max_twist_iterations, err);
   follow_first_angle(rod, state, w);
   return status;
 }
@@ -241,7 +244,7 @@ hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, 
   }
   curvature_binormals(rod, w);
   set_targets(m, rod, state, w, 0);
-  hb_status status = minimise(m, rod, state, w, err);
+  hb_status status = minimise(m, rod, state, w, START_FACTOR * m->def->method.max_twist_iterations, err);
   for (int j = 0; j + 1 < rod->nv; j++) {
     int frame = m->frame_of[rod->first + j];
     if (frame >= 0 && !w->held[j])

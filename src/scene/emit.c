@@ -41,7 +41,8 @@ static void indent(text *out, int n) {
 
 /* A character that a plain scalar may hold anywhere but at its start. */
 static bool is_plain(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || (c && strchr("_.+*/^()-", c));
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+         (c && strchr("_.+*/^()-", c));
 }
 
 /* Can the text stand without quotes, also inside [ ]? */
@@ -73,7 +74,8 @@ static unsigned decode(const char *s, int *length) {
 /* May the character stand as itself between double quotes? */
 static bool is_printable(unsigned c) {
   if (c == '"' || c == '\\' || c == 0x2028 || c == 0x2029 || c == 0xFEFF) return false;
-  return (c >= 0x20 && c <= 0x7E) || (c >= 0xA0 && c <= 0xD7FF) || (c >= 0xE000 && c <= 0xFFFD) || c >= 0x10000;
+  return (c >= 0x20 && c <= 0x7E) || (c >= 0xA0 && c <= 0xD7FF) || (c >= 0xE000 && c <= 0xFFFD) ||
+         c >= 0x10000;
 }
 
 /* A scalar or key, quoted where it must be. */
@@ -106,8 +108,8 @@ static bool is_row(const hb_node *node) {
   return true;
 }
 
-/* A value. The cursor stands after `key: ` (fresh false) or after the `- ` of a list item (fresh true), where a block
- * begins on the same line. */
+/* A value. The cursor stands after `key: ` (fresh false) or after the `- ` of a list item (fresh true), where
+ * a block begins on the same line. */
 static void put_node(text *out, const hb_node *node, int depth, bool fresh) {
   if (node->kind == HB_NODE_SCALAR) {
     put_scalar(out, node->text);

@@ -126,8 +126,8 @@ static hb_status enter_list(setter *s, hb_node *node, const segment *step, const
     long index = step->index < 0 ? step->index + node->count : step->index;
     if (index == node->count && step->index >= 0) return add(s, node, NULL, step, at);
     if (index >= 0 && index < node->count) return enter(s, node->children[index], step, at);
-    snprintf(detail, sizeof detail, "%s has %d entries, so there is no [%ld]", name_of(node, path, sizeof path),
-             node->count, step->index);
+    snprintf(detail, sizeof detail, "%s has %d entries, so there is no [%ld]",
+             name_of(node, path, sizeof path), node->count, step->index);
     return fail(s, detail, "");
   }
   if (strcmp(step->name, "*") == 0) {
@@ -139,10 +139,12 @@ static hb_status enter_list(setter *s, hb_node *node, const segment *step, const
   }
   for (int i = 0; i < node->count; i++) {
     const hb_node *name = hb_node_find(node->children[i], "name");
-    if (name && name->text && strcmp(name->text, step->name) == 0) return enter(s, node->children[i], step, at);
+    if (name && name->text && strcmp(name->text, step->name) == 0)
+      return enter(s, node->children[i], step, at);
   }
   names_in(node, names, sizeof names);
-  snprintf(detail, sizeof detail, "no entry of %s has the name \"%s\"; %s%s", name_of(node, path, sizeof path), step->name,
+  snprintf(detail, sizeof detail, "no entry of %s has the name \"%s\"; %s%s",
+           name_of(node, path, sizeof path), step->name,
            names[0] ? "the names there are " : "give its index in [ ], from 0", names);
   return fail(s, detail, "");
 }
@@ -155,8 +157,9 @@ static hb_status apply(setter *s, hb_node *node, const char *at) {
   if (status != HB_OK) return status;
   if (node->kind == HB_NODE_LIST) return enter_list(s, node, &step, at);
   if (node->kind == HB_NODE_SCALAR || step.is_index) {
-    snprintf(detail, sizeof detail, "%s is a %s, so the path cannot go on with %s", name_of(node, path, sizeof path),
-             node->kind == HB_NODE_SCALAR ? "single value" : "mapping", step.is_index ? "an index" : step.name);
+    snprintf(detail, sizeof detail, "%s is a %s, so the path cannot go on with %s",
+             name_of(node, path, sizeof path), node->kind == HB_NODE_SCALAR ? "single value" : "mapping",
+             step.is_index ? "an index" : step.name);
     return fail(s, detail, "");
   }
   hb_node *child = hb_node_find(node, step.name);
@@ -172,7 +175,8 @@ static int path_depth(const char *text) {
 }
 
 /* Applies one override. */
-hb_status hb_scene_override(hb_node *root, const char *override, const hb_scene_limits *limits, hb_error *err) {
+hb_status hb_scene_override(hb_node *root, const char *override, const hb_scene_limits *limits,
+                            hb_error *err) {
   setter s = {.text = override, .limit = limits->nodes, .err = err};
   const char *equals = strchr(override, '=');
   char name[360];

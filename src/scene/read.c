@@ -47,7 +47,8 @@ hb_status hb_scene_fail_key(const hb_scene_reader *r, const hb_node *node, const
 static const char *shown(const char *text, char buffer[72]) {
   size_t n = 0;
   for (; text[n] && n < 60; n++) buffer[n] = (unsigned char)text[n] < 32 ? ' ' : text[n];
-  while (text[n] && n > 0 && ((unsigned char)text[n] & 0xC0) == 0x80) n--; /* not in the middle of a character */
+  while (text[n] && n > 0 && ((unsigned char)text[n] & 0xC0) == 0x80)
+    n--; /* not in the middle of a character */
   snprintf(buffer + n, 72 - n, "%s", text[n] ? "..." : "");
   return buffer;
 }
@@ -55,8 +56,10 @@ static const char *shown(const char *text, char buffer[72]) {
 /* Says what was found and what is allowed. */
 hb_status hb_scene_expected(const hb_scene_reader *r, const hb_node *node, const char *what) {
   char buffer[72];
-  if (node->kind == HB_NODE_LIST) return hb_scene_fail(r, node, "a list is not allowed here; %s is expected", what);
-  if (node->kind == HB_NODE_MAP) return hb_scene_fail(r, node, "a mapping is not allowed here; %s is expected", what);
+  if (node->kind == HB_NODE_LIST)
+    return hb_scene_fail(r, node, "a list is not allowed here; %s is expected", what);
+  if (node->kind == HB_NODE_MAP)
+    return hb_scene_fail(r, node, "a mapping is not allowed here; %s is expected", what);
   if (!node->text[0]) return hb_scene_fail_key(r, node, "the value is empty; %s is expected", what);
   return hb_scene_fail(r, node, "\"%s\" is not allowed; %s is expected", shown(node->text, buffer), what);
 }
@@ -112,20 +115,24 @@ static void join(const char *const *words, char *buffer, size_t size) {
     snprintf(buffer + used, size - used, "%s%s", used ? ", " : "", *words);
 }
 
-/* In [ ] and { } a comma ends a value, also one inside a formula: `[max(z, 0), 0, 0]` has four entries. A value with an
- * open parenthesis gives that away. */
+/* In [ ] and { } a comma ends a value, also one inside a formula: `[max(z, 0), 0, 0]` has four entries. A
+ * value with an open parenthesis gives that away. */
 static bool is_torn(const char *text) {
   int open = 0;
   for (; *text; text++) open += (*text == '(') - (*text == ')');
   return open != 0;
 }
 
-/* The same for a list's entries; the end of the sentence about it. */
-const char *hb_scene_torn_hint(const hb_node *list) {
-  for (int i = 0; i < list->count; i++)
-    if (list->children[i]->kind == HB_NODE_SCALAR && is_torn(list->children[i]->text))
-      return " (a formula with a comma must stand in quotes here)";
-  return "";
+/* A list with so many entries. */
+hb_status hb_scene_list(const hb_scene_reader *r, const hb_node *node, int count, const char *what) {
+  bool torn = false;
+  if (node->kind != HB_NODE_LIST) return hb_scene_expected(r, node, what);
+  if (node->count == count) return HB_OK;
+  for (int i = 0; i < node->count && !torn; i++)
+    torn = node->children[i]->kind == HB_NODE_SCALAR && is_torn(node->children[i]->text);
+  return hb_scene_fail(r, node, "a list of %d entr%s is not allowed; %s is expected%s", node->count,
+                       node->count == 1 ? "y" : "ies", what,
+                       torn ? " (a formula with a comma must stand in quotes here)" : "");
 }
 
 /* Only known keys. */
@@ -143,7 +150,8 @@ hb_status hb_scene_check_keys(const hb_scene_reader *r, const hb_node *node, con
     for (int k = 0; keys[k] && !known; k++) known = strcmp(keys[k], child->key) == 0;
     if (known) continue;
     if (is_torn(child->key))
-      return hb_scene_fail_key(r, child, "unknown key; a formula with a comma must stand in quotes inside { }");
+      return hb_scene_fail_key(r, child,
+                               "unknown key; a formula with a comma must stand in quotes inside { }");
     const char *near = hb_scene_nearest(child->key, keys);
     if (near) return hb_scene_fail_key(r, child, "unknown key; the nearest known key here is \"%s\"", near);
     return hb_scene_fail_key(r, child, "unknown key; the known keys here are %s", list);
@@ -161,8 +169,9 @@ hb_status hb_scene_need(const hb_scene_reader *r, const hb_node *node, const cha
 
 /* What a rule allows, in words. */
 static const char *rule_words(hb_scene_rule rule) {
-  return rule == HB_RULE_ANY ? "a number or formula" : rule == HB_RULE_POSITIVE ? "a number or formula > 0"
-                                                                                : "a number or formula >= 0";
+  return rule == HB_RULE_ANY        ? "a number or formula"
+         : rule == HB_RULE_POSITIVE ? "a number or formula > 0"
+                                    : "a number or formula >= 0";
 }
 
 /* Does the value keep the rule? */
@@ -176,16 +185,18 @@ static hb_status fail_value(const hb_scene_reader *r, const hb_node *node, doubl
   char *end, buffer[72];
   strtod(node->text, &end);
   if (!*end && !where[0]) return hb_scene_expected(r, node, what);
-  return hb_scene_fail(r, node, "\"%s\" gives %g%s, which is not allowed; %s is expected", shown(node->text, buffer),
-                       value, where, what);
+  return hb_scene_fail(r, node, "\"%s\" gives %g%s, which is not allowed; %s is expected",
+                       shown(node->text, buffer), value, where, what);
 }
 
 /* A compiled formula. */
-hb_status hb_scene_formula(const hb_scene_reader *r, const hb_node *node, unsigned allowed, hb_formula **out) {
+hb_status hb_scene_formula(const hb_scene_reader *r, const hb_node *node, unsigned allowed,
+                           hb_formula **out) {
   hb_error inner = {.status = HB_OK};
   if (!node) return HB_OK;
   *out = NULL;
-  if (node->kind != HB_NODE_SCALAR || !node->text[0]) return hb_scene_expected(r, node, "a number or formula");
+  if (node->kind != HB_NODE_SCALAR || !node->text[0])
+    return hb_scene_expected(r, node, "a number or formula");
   const hb_parameter *parameters = r->def->parameters;
   hb_status status = hb_formula_parse(node->text, allowed, parameters, r->def->parameter_count, out, &inner);
   if (status == HB_ERR_INPUT)
@@ -217,7 +228,8 @@ hb_status hb_scene_whole(const hb_scene_reader *r, const hb_node *node, long lo,
   if (node->kind != HB_NODE_SCALAR || !node->text[0]) return hb_scene_expected(r, node, what);
   hb_status status = hb_scene_number(r, node, HB_RULE_ANY, &value);
   if (status != HB_OK) return status;
-  if (value != floor(value) || value < (double)lo || value > (double)hi) return fail_value(r, node, value, "", what);
+  if (value != floor(value) || value < (double)lo || value > (double)hi)
+    return fail_value(r, node, value, "", what);
   *out = (int)value;
   return HB_OK;
 }
@@ -261,12 +273,10 @@ hb_status hb_scene_text(const hb_scene_reader *r, const hb_node *node, char **ou
 /* Three numbers. */
 hb_status hb_scene_vector(const hb_scene_reader *r, const hb_node *node, double out[3]) {
   if (!node) return HB_OK;
-  if (node->kind != HB_NODE_LIST) return hb_scene_expected(r, node, "a list [x, y, z] of three numbers or formulas");
-  if (node->count != 3)
-    return hb_scene_fail(r, node, "a list of %d entries is not allowed; a list [x, y, z] of three numbers or formulas "
-                         "is expected%s", node->count, hb_scene_torn_hint(node));
+  hb_status status = hb_scene_list(r, node, 3, "a list [x, y, z] of three numbers or formulas");
+  if (status != HB_OK) return status;
   for (int c = 0; c < 3; c++) {
-    hb_status status = hb_scene_number(r, node->children[c], HB_RULE_ANY, &out[c]);
+    status = hb_scene_number(r, node->children[c], HB_RULE_ANY, &out[c]);
     if (status != HB_OK) return status;
   }
   return HB_OK;
@@ -282,14 +292,13 @@ hb_status hb_scene_direction(const hb_scene_reader *r, const hb_node *node, doub
 }
 
 /* Three formulas. */
-hb_status hb_scene_formulas(const hb_scene_reader *r, const hb_node *node, unsigned allowed, hb_formula *out[3]) {
+hb_status hb_scene_formulas(const hb_scene_reader *r, const hb_node *node, unsigned allowed,
+                            hb_formula *out[3]) {
   if (!node) return HB_OK;
-  if (node->kind != HB_NODE_LIST) return hb_scene_expected(r, node, "a list [x, y, z] of three numbers or formulas");
-  if (node->count != 3)
-    return hb_scene_fail(r, node, "a list of %d entries is not allowed; a list [x, y, z] of three numbers or formulas "
-                         "is expected%s", node->count, hb_scene_torn_hint(node));
+  hb_status status = hb_scene_list(r, node, 3, "a list [x, y, z] of three numbers or formulas");
+  if (status != HB_OK) return status;
   for (int c = 0; c < 3; c++) {
-    hb_status status = hb_scene_formula(r, node->children[c], allowed, &out[c]);
+    status = hb_scene_formula(r, node->children[c], allowed, &out[c]);
     if (status == HB_OK) continue;
     for (int d = 0; d < c; d++) {
       hb_formula_free(out[d]);
@@ -312,8 +321,8 @@ void hb_scene_vars(const hb_scene_arc *arc, bool on_edges, int k, double vars[HB
 }
 
 /* A formula at all vertices or edges. */
-hb_status hb_scene_along(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, bool on_edges,
-                         hb_scene_rule rule, double *out, int stride) {
+hb_status hb_scene_along(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                         bool on_edges, hb_scene_rule rule, double *out, int stride) {
   hb_formula *formula = NULL;
   double vars[HB_VAR_COUNT];
   if (node->kind != HB_NODE_SCALAR) return hb_scene_expected(r, node, rule_words(rule));
@@ -325,15 +334,18 @@ hb_status hb_scene_along(const hb_scene_reader *r, const hb_node *node, const hb
     hb_scene_vars(arc, on_edges, k, vars);
     double value = constant && k > 0 ? out[0] : hb_formula_eval(formula, vars);
     if (!constant) snprintf(where, sizeof where, " at %s %d", on_edges ? "edge" : "vertex", k);
-    if (keeps(value, rule)) out[(size_t)k * (size_t)stride] = value;
-    else status = fail_value(r, node, value, where, rule_words(rule));
+    if (keeps(value, rule))
+      out[(size_t)k * (size_t)stride] = value;
+    else
+      status = fail_value(r, node, value, where, rule_words(rule));
   }
   hb_formula_free(formula);
   return status;
 }
 
 /* Three formulas at all vertices. */
-hb_status hb_scene_along_vector(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, double *out) {
+hb_status hb_scene_along_vector(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                                double *out) {
   hb_formula *formulas[3] = {NULL, NULL, NULL};
   double vars[HB_VAR_COUNT];
   unsigned allowed = HB_VARS_ARC | (arc->place ? HB_VARS_PLACE : 0u);
@@ -344,8 +356,10 @@ hb_status hb_scene_along_vector(const hb_scene_reader *r, const hb_node *node, c
       char where[40];
       double value = hb_formula_eval(formulas[c], vars);
       snprintf(where, sizeof where, " at vertex %d", k);
-      if (isfinite(value)) out[3 * k + c] = value;
-      else status = fail_value(r, node->children[c], value, where, "a finite number");
+      if (isfinite(value))
+        out[3 * k + c] = value;
+      else
+        status = fail_value(r, node->children[c], value, where, "a finite number");
     }
   }
   for (int c = 0; c < 3; c++) hb_formula_free(formulas[c]);

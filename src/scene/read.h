@@ -26,29 +26,35 @@ typedef struct hb_scene_arc {
   const double *place; /* 3 nv */
 } hb_scene_arc;
 
-/* ---- messages: "name:line:column: key: sentence", or "--set text: key: sentence" ---------------------------- */
-hb_status hb_scene_fail(const hb_scene_reader *r, const hb_node *node, const char *format, ...) HB_PRINTF(3, 4);
+/* ---- messages: "name:line:column: key: sentence", or "--set text: key: sentence"
+ * ---------------------------- */
+hb_status hb_scene_fail(const hb_scene_reader *r, const hb_node *node, const char *format, ...)
+    HB_PRINTF(3, 4);
 /* The same, pointing at the key instead of the value. */
-hb_status hb_scene_fail_key(const hb_scene_reader *r, const hb_node *node, const char *format, ...) HB_PRINTF(3, 4);
+hb_status hb_scene_fail_key(const hb_scene_reader *r, const hb_node *node, const char *format, ...)
+    HB_PRINTF(3, 4);
 /* `"-3" is not allowed; WHAT is expected`. */
 hb_status hb_scene_expected(const hb_scene_reader *r, const hb_node *node, const char *what);
 /* Passes on a sentence of another part of the library, with the place. */
 hb_status hb_scene_pass(const hb_scene_reader *r, const hb_node *node, const hb_error *inner);
 /* Line and column for a definition; 0 where an override made the node. */
 void hb_scene_place(const hb_node *node, int *line, int *column);
-/* "" or a hint, for the end of a sentence about a list whose formulas are torn apart by their commas. */
-const char *hb_scene_torn_hint(const hb_node *list);
 /* The word of a NULL-terminated list nearest to text, NULL if none is near. */
 const char *hb_scene_nearest(const char *text, const char *const *words);
 
-/* ---- mappings ------------------------------------------------------------------------------------------------ */
+/* ---- mappings
+ * ------------------------------------------------------------------------------------------------ */
 /* node must be a mapping with no other keys than those of the NULL-terminated list. */
 hb_status hb_scene_check_keys(const hb_scene_reader *r, const hb_node *node, const char *const *keys);
 /* The value of a key that must be there; hint ends the sentence ("a number > 0"). */
 hb_status hb_scene_need(const hb_scene_reader *r, const hb_node *node, const char *key, const char *hint,
                         const hb_node **out);
 
-/* ---- values; a NULL node leaves *out as it is ------------------------------------------------------------------ */
+/* node must be a list of count entries; what names it in the sentence. */
+hb_status hb_scene_list(const hb_scene_reader *r, const hb_node *node, int count, const char *what);
+
+/* ---- values; a NULL node leaves *out as it is
+ * ------------------------------------------------------------------ */
 hb_status hb_scene_number(const hb_scene_reader *r, const hb_node *node, hb_scene_rule rule, double *out);
 hb_status hb_scene_whole(const hb_scene_reader *r, const hb_node *node, long lo, long hi, int *out);
 hb_status hb_scene_flag(const hb_scene_reader *r, const hb_node *node, bool *out);
@@ -62,26 +68,31 @@ hb_status hb_scene_direction(const hb_scene_reader *r, const hb_node *node, doub
 /* allowed: bits of the variables that may stand in the formula. */
 hb_status hb_scene_formula(const hb_scene_reader *r, const hb_node *node, unsigned allowed, hb_formula **out);
 /* [x, y, z] of formulas. On failure nothing is left in out. */
-hb_status hb_scene_formulas(const hb_scene_reader *r, const hb_node *node, unsigned allowed, hb_formula *out[3]);
+hb_status hb_scene_formulas(const hb_scene_reader *r, const hb_node *node, unsigned allowed,
+                            hb_formula *out[3]);
 
-/* ---- along a rod ------------------------------------------------------------------------------------------------ */
+/* ---- along a rod
+ * ------------------------------------------------------------------------------------------------ */
 /* Variables of a formula at vertex k, or at the middle of edge k. */
 void hb_scene_vars(const hb_scene_arc *arc, bool on_edges, int k, double vars[HB_VAR_COUNT]);
 /* Evaluates a formula of s, u, i, L at all vertices (or edges) into out[k * stride]. */
-hb_status hb_scene_along(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, bool on_edges,
-                         hb_scene_rule rule, double *out, int stride);
+hb_status hb_scene_along(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                         bool on_edges, hb_scene_rule rule, double *out, int stride);
 /* Evaluates three formulas of s, u, i, L, x, y, z at all vertices into out[3 k + c]. */
-hb_status hb_scene_along_vector(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, double *out);
+hb_status hb_scene_along_vector(const hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                                double *out);
 /* Arc lengths of a polyline into s[count]. */
 void hb_scene_arc_lengths(const double *xyz, int count, double *s);
 
-/* ---- sections ---------------------------------------------------------------------------------------------------- */
+/* ---- sections
+ * ---------------------------------------------------------------------------------------------------- */
 /* A curve with its changes. base (NULL: none) stands in where no generator is given and gives the number of
  * vertices. *xyz is allocated. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
                               double **xyz, int *count);
 /* B, beta and mass of a rod. */
-hb_status hb_scene_read_moduli(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, hb_rod_def *rod);
+hb_status hb_scene_read_moduli(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                               hb_rod_def *rod);
 /* start, end and supports of a rod. */
 hb_status hb_scene_read_supports(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod);
 hb_status hb_scene_read_rods(hb_scene_reader *r, const hb_node *node);

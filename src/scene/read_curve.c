@@ -24,7 +24,8 @@ typedef struct generator {
 /* Allocates count vertices within the scene's limit. */
 static hb_status make_room(hb_scene_reader *r, const hb_node *node, int count, polyline *line) {
   if (count > r->limits.vertices - r->vertices)
-    return hb_scene_fail(r, node, "the scene would hold more than %ld vertices, which is not allowed", r->limits.vertices);
+    return hb_scene_fail(r, node, "the scene would hold more than %ld vertices, which is not allowed",
+                         r->limits.vertices);
   r->vertices += count;
   line->xyz = hb_alloc(3 * (size_t)count, sizeof *line->xyz);
   line->count = count;
@@ -40,13 +41,16 @@ static hb_status take_count(hb_scene_reader *r, const hb_node *node, polyline *l
   hb_status status = hb_scene_whole(r, vertices, 3, r->limits.vertices, &count);
   if (status != HB_OK) return status;
   if (line->wanted && count != line->wanted)
-    return hb_scene_fail(r, vertices, "%d vertices are not allowed; the rest shape has %d, and the initial shape must have as many",
-                         count, line->wanted);
+    return hb_scene_fail(
+        r, vertices,
+        "%d vertices are not allowed; the rest shape has %d, and the initial shape must have as many", count,
+        line->wanted);
   return make_room(r, vertices ? vertices : node, count, line);
 }
 
 /* Passes on a generator's sentence. */
-static hb_status finish(const hb_scene_reader *r, const hb_node *node, hb_status status, const hb_error *inner) {
+static hb_status finish(const hb_scene_reader *r, const hb_node *node, hb_status status,
+                        const hb_error *inner) {
   return status == HB_OK ? HB_OK : hb_scene_pass(r, node, inner);
 }
 
@@ -78,11 +82,13 @@ static hb_status make_arc_of(hb_scene_reader *r, const hb_node *node, bool ring,
   if (!status) status = hb_scene_direction(r, hb_node_find(node, "start"), start);
   if (!status) status = hb_scene_need(r, node, "radius", "a number or formula > 0", &child);
   if (!status) status = hb_scene_number(r, child, HB_RULE_POSITIVE, &radius);
-  if (!status && !ring) status = hb_scene_need(r, node, "angle", "an angle in radians, not 0, at most 2*pi", &child);
+  if (!status && !ring)
+    status = hb_scene_need(r, node, "angle", "an angle in radians, not 0, at most 2*pi,", &child);
   if (!status && !ring) status = hb_scene_number(r, child, HB_RULE_ANY, &angle);
   if (!status) status = take_count(r, node, line);
   if (status) return status;
-  return finish(r, node, hb_curve_arc(center, normal, start, radius, angle, line->count, line->xyz, &inner), &inner);
+  return finish(r, node, hb_curve_arc(center, normal, start, radius, angle, line->count, line->xyz, &inner),
+                &inner);
 }
 
 /* arc */
@@ -109,7 +115,8 @@ static hb_status make_helix(hb_scene_reader *r, const hb_node *node, polyline *l
   if (!status) status = hb_scene_number(r, child, HB_RULE_POSITIVE, &radius);
   if (!status) status = hb_scene_need(r, node, "pitch", "the advance per turn", &child);
   if (!status) status = hb_scene_number(r, child, HB_RULE_ANY, &pitch);
-  if (!status) status = hb_scene_need(r, node, "turns", "the number of turns, < 0 for a left-handed helix", &child);
+  if (!status)
+    status = hb_scene_need(r, node, "turns", "the number of turns, < 0 for a left-handed helix,", &child);
   if (!status) status = hb_scene_number(r, child, HB_RULE_ANY, &turns);
   if (!status) status = take_count(r, node, line);
   if (status) return status;
@@ -139,9 +146,11 @@ static hb_status make_catenary(hb_scene_reader *r, const hb_node *node, polyline
 static hb_status take_points(hb_scene_reader *r, const hb_node *node, int least, polyline *line) {
   if (node->kind != HB_NODE_LIST) return hb_scene_expected(r, node, "a list of points [[x, y, z], ...]");
   if (node->count < least)
-    return hb_scene_fail(r, node, "%d points are not allowed; at least %d are expected", node->count, least);
+    return hb_scene_fail(r, node, "a list of %d point%s is not allowed; at least %d are expected",
+                         node->count, node->count == 1 ? "" : "s", least);
   hb_status status = make_room(r, node, node->count, line);
-  for (int i = 0; !status && i < node->count; i++) status = hb_scene_vector(r, node->children[i], line->xyz + 3 * i);
+  for (int i = 0; !status && i < node->count; i++)
+    status = hb_scene_vector(r, node->children[i], line->xyz + 3 * i);
   return status;
 }
 
@@ -182,7 +191,8 @@ static hb_status make_knot(hb_scene_reader *r, const hb_node *node, polyline *li
   if (!status) status = hb_scene_whole(r, hb_node_find(node, "q"), 1, 1000, &q);
   if (!status) status = hb_scene_number(r, hb_node_find(node, "start"), HB_RULE_ANY, &start);
   if (!status) status = hb_scene_number(r, hb_node_find(node, "part"), HB_RULE_POSITIVE, &part);
-  if (!status && part > 1) status = hb_scene_expected(r, hb_node_find(node, "part"), "a number or formula > 0 and <= 1");
+  if (!status && part > 1)
+    status = hb_scene_expected(r, hb_node_find(node, "part"), "a number or formula > 0 and <= 1");
   if (!status) status = take_count(r, node, line);
   if (status) return status;
   status = hb_curve_torus_knot(center, major, minor, p, q, start, part, line->count, line->xyz, &inner);
@@ -198,7 +208,7 @@ static hb_status make_formula(hb_scene_reader *r, const hb_node *node, polyline 
   hb_status status = hb_scene_check_keys(r, node, keys);
   for (int c = 0; !status && c < 3; c++) {
     const hb_node *child;
-    status = hb_scene_need(r, node, keys[c], "a formula of s, which runs from \"from\" to \"to\"", &child);
+    status = hb_scene_need(r, node, keys[c], "a formula of s, which runs from \"from\" to \"to\",", &child);
     if (!status) status = hb_scene_formula(r, child, HB_VAR_BIT(HB_VAR_S), &f[c]);
   }
   if (!status) status = hb_scene_number(r, hb_node_find(node, "from"), HB_RULE_ANY, &from);
@@ -215,7 +225,8 @@ static hb_status make_formula(hb_scene_reader *r, const hb_node *node, polyline 
 /* vertices: [[x, y, z], ...] */
 static hb_status make_vertices(hb_scene_reader *r, const hb_node *node, polyline *line) {
   if (node->kind == HB_NODE_SCALAR)
-    return hb_scene_expected(r, node, "a list of points [[x, y, z], ...] (a number of vertices goes inside the generator)");
+    return hb_scene_expected(
+        r, node, "a list of points [[x, y, z], ...] (a number of vertices goes inside the generator)");
   return take_points(r, node, 2, line);
 }
 
@@ -225,7 +236,8 @@ static hb_status make_file(hb_scene_reader *r, const hb_node *node, polyline *li
   double *xyz = NULL;
   int count = 0;
   hb_error inner;
-  if (node->kind != HB_NODE_SCALAR || !node->text[0]) return hb_scene_expected(r, node, "the name of a CSV or OBJ file");
+  if (node->kind != HB_NODE_SCALAR || !node->text[0])
+    return hb_scene_expected(r, node, "the name of a CSV or OBJ file");
   bool absolute = node->text[0] == '/' || !r->base_dir || !r->base_dir[0];
   int n = snprintf(path, sizeof path, "%s%s%s", absolute ? "" : r->base_dir, absolute ? "" : "/", node->text);
   if (n < 0 || (size_t)n >= sizeof path) return hb_scene_fail(r, node, "the file name is too long");
@@ -240,10 +252,10 @@ static hb_status make_file(hb_scene_reader *r, const hb_node *node, polyline *li
   return status;
 }
 
-static const generator generators[] = {{"line", make_line},       {"arc", make_arc},           {"ring", make_ring},
-                                       {"helix", make_helix},     {"catenary", make_catenary}, {"spline", make_spline},
-                                       {"knot", make_knot},       {"formula", make_formula},   {"vertices", make_vertices},
-                                       {"file", make_file},       {NULL, NULL}};
+static const generator generators[] = {
+    {"line", make_line},         {"arc", make_arc},       {"ring", make_ring}, {"helix", make_helix},
+    {"catenary", make_catenary}, {"spline", make_spline}, {"knot", make_knot}, {"formula", make_formula},
+    {"vertices", make_vertices}, {"file", make_file},     {NULL, NULL}};
 
 /* resample: true | n */
 static hb_status resample(hb_scene_reader *r, const hb_node *node, polyline *line) {
@@ -254,6 +266,8 @@ static hb_status resample(hb_scene_reader *r, const hb_node *node, polyline *lin
     hb_status status = hb_scene_flag(r, node, &same);
     if (status || !same) return status;
   } else {
+    if (node->kind != HB_NODE_SCALAR || !strcmp(node->text, "yes") || !strcmp(node->text, "no"))
+      return hb_scene_expected(r, node, "true, false, or a whole number >= 3");
     hb_status status = hb_scene_whole(r, node, 3, r->limits.vertices, &count);
     if (status) return status;
   }
@@ -375,16 +389,23 @@ static hb_status generate(hb_scene_reader *r, const hb_node *node, const double 
   for (const generator *g = generators; g->key; g++) {
     const hb_node *child = hb_node_find(node, g->key);
     if (!child) continue;
+    if (used && !strcmp(g->key, "vertices") && child->kind == HB_NODE_SCALAR)
+      return hb_scene_fail_key(r, child, "the number of vertices belongs inside \"%s\"", used->key);
     if (used)
-      return hb_scene_fail_key(r, child, "\"%s\" is given already; a curve has one of line, arc, ring, helix, catenary, "
-                               "spline, knot, formula, vertices, file", used->key);
+      return hb_scene_fail_key(
+          r, child,
+          "\"%s\" is given already; a curve has one of line, arc, ring, helix, catenary, "
+          "spline, knot, formula, vertices, file",
+          used->key);
     used = child;
     chosen = g;
   }
   if (used) return chosen->make(r, used, line);
   if (!base)
-    return hb_scene_fail_key(r, node, "no curve is given; one of line, arc, ring, helix, catenary, spline, knot, formula, "
-                             "vertices, file is expected");
+    return hb_scene_fail_key(
+        r, node,
+        "no curve is given; one of line, arc, ring, helix, catenary, spline, knot, formula, "
+        "vertices, file is expected");
   hb_status status = make_room(r, node, line->wanted, line);
   if (!status) memcpy(line->xyz, base, 3 * (size_t)line->count * sizeof *base);
   return status;
@@ -392,8 +413,9 @@ static hb_status generate(hb_scene_reader *r, const hb_node *node, const double 
 
 /* All changes in their order. */
 static hb_status change(hb_scene_reader *r, const hb_node *node, polyline *line) {
-  static const generator changes[] = {{"resample", resample}, {"scale", scale},       {"rotate", rotate}, {"move", move},
-                                      {"displace", displace}, {"perturb", perturb},   {NULL, NULL}};
+  static const generator changes[] = {
+      {"resample", resample}, {"scale", scale},     {"rotate", rotate}, {"move", move},
+      {"displace", displace}, {"perturb", perturb}, {NULL, NULL}};
   for (const generator *g = changes; g->key; g++) {
     const hb_node *child = hb_node_find(node, g->key);
     hb_status status = child ? g->make(r, child, line) : HB_OK;
@@ -405,9 +427,9 @@ static hb_status change(hb_scene_reader *r, const hb_node *node, polyline *line)
 /* Reads a curve. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
                               double **xyz, int *count) {
-  static const char *const keys[] = {"line",    "arc",      "ring", "helix",    "catenary", "spline", "knot",
-                                     "formula", "vertices", "file", "resample", "scale",    "rotate", "move",
-                                     "displace", "perturb", NULL};
+  static const char *const keys[] = {"line",   "arc",     "ring",     "helix",   "catenary", "spline",
+                                     "knot",   "formula", "vertices", "file",    "resample", "scale",
+                                     "rotate", "move",    "displace", "perturb", NULL};
   polyline line = {.wanted = base_count};
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = generate(r, node, base, &line);
@@ -415,8 +437,11 @@ hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const dou
   if (!status && line.count < 3)
     status = hb_scene_fail(r, node, "%d vertices are not allowed; at least 3 are expected", line.count);
   if (!status && base_count && line.count != base_count)
-    status = hb_scene_fail(r, node, "%d vertices are not allowed; the rest shape has %d, and the initial shape must have as many "
-                           "(use resample: %d)", line.count, base_count, base_count);
+    status = hb_scene_fail(
+        r, node,
+        "%d vertices are not allowed; the rest shape has %d, and the initial shape must have as many "
+        "(use resample: %d)",
+        line.count, base_count, base_count);
   if (status) {
     hb_free(line.xyz);
     return status;

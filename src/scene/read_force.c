@@ -47,7 +47,9 @@ static hb_status read_rod(hb_scene_reader *r, const hb_node *node, int *rod) {
   if (strspn(node->text, "0123456789") == strlen(node->text))
     return hb_scene_whole(r, node, 0, r->def->rod_count - 1, rod);
   const char *near = nearest_rod(r, node->text);
-  if (near) return hb_scene_fail(r, node, "no rod has the name \"%.60s\"; the nearest name is \"%s\"", node->text, near);
+  if (near)
+    return hb_scene_fail(r, node, "no rod has the name \"%.60s\"; the nearest name is \"%s\"", node->text,
+                         near);
   return hb_scene_expected(r, node, "the name of a rod, its index, or all");
 }
 
@@ -61,14 +63,15 @@ static hb_status read_pair(hb_scene_reader *r, const hb_node *node, double out[2
   return status;
 }
 
-/* drag: {density, normal_coefficient, tangential_coefficient}: coefficients per radius. The pressure density/2 w^2 acts on
- * the breadth 2 radius across the rod, and on the girth 2 pi radius along it. */
+/* drag: {density, normal_coefficient, tangential_coefficient}: coefficients per radius. The pressure
+ * density/2 w^2 acts on the breadth 2 radius across the rod, and on the girth 2 pi radius along it. */
 static hb_status read_drag(hb_scene_reader *r, const hb_node *node, double per_radius[2]) {
   static const char *const keys[] = {"density", "normal_coefficient", "tangential_coefficient", NULL};
   double density = 0, c[2] = {1.2, 0.01};
   const hb_node *child;
   hb_status status = hb_scene_check_keys(r, node, keys);
-  if (!status) status = hb_scene_need(r, node, "density", "the density of the medium, a number or formula > 0,", &child);
+  if (!status)
+    status = hb_scene_need(r, node, "density", "the density of the medium, a number or formula > 0,", &child);
   if (!status) status = hb_scene_number(r, child, HB_RULE_POSITIVE, &density);
   if (!status) status = hb_scene_number(r, hb_node_find(node, keys[1]), HB_RULE_NOT_NEGATIVE, &c[0]);
   if (!status) status = hb_scene_number(r, hb_node_find(node, keys[2]), HB_RULE_NOT_NEGATIVE, &c[1]);
@@ -77,15 +80,18 @@ static hb_status read_drag(hb_scene_reader *r, const hb_node *node, double per_r
   return status;
 }
 
-/* wind: {velocity, linear, quadratic | drag}. Drag depends on the radius, so each rod gets a load of its own. */
+/* wind: {velocity, linear, quadratic | drag}. Drag depends on the radius, so each rod gets a load of its own.
+ */
 static hb_status read_wind(hb_scene_reader *r, const hb_node *node, int rod) {
   static const char *const keys[] = {"velocity", "linear", "quadratic", "drag", NULL};
   const hb_node *velocity, *drag = hb_node_find(node, "drag"), *quadratic = hb_node_find(node, "quadratic");
   double linear[2] = {0, 0}, square[2] = {0, 0}, per_radius[2] = {0, 0};
   hb_status status = hb_scene_check_keys(r, node, keys);
-  if (!status) status = hb_scene_need(r, node, "velocity", "a list [x, y, z] of three numbers or formulas", &velocity);
+  if (!status)
+    status = hb_scene_need(r, node, "velocity", "a list [x, y, z] of three numbers or formulas", &velocity);
   if (!status && drag && quadratic)
-    status = hb_scene_fail_key(r, drag, "\"quadratic\" is given already; one of quadratic and drag is expected");
+    status =
+        hb_scene_fail_key(r, drag, "\"quadratic\" is given already; one of quadratic and drag is expected");
   if (!status && !drag && !quadratic && !hb_node_find(node, "linear"))
     status = hb_scene_fail_key(r, node, "the resistance is missing; linear, quadratic or drag is expected");
   if (!status) status = read_pair(r, hb_node_find(node, "linear"), linear);
@@ -107,25 +113,32 @@ static hb_status read_wind(hb_scene_reader *r, const hb_node *node, int rod) {
 }
 
 /* The one kind of a load. */
-static hb_status find_kind(hb_scene_reader *r, const hb_node *node, hb_force_kind *kind, const hb_node **value) {
+static hb_status find_kind(hb_scene_reader *r, const hb_node *node, hb_force_kind *kind,
+                           const hb_node **value) {
   static const struct {
     const char *key;
     hb_force_kind kind;
-  } kinds[] = {{"gravity", HB_FORCE_GRAVITY}, {"point", HB_FORCE_POINT}, {"distributed", HB_FORCE_DISTRIBUTED},
-               {"per_vertex", HB_FORCE_PER_VERTEX}, {"wind", HB_FORCE_WIND}};
+  } kinds[] = {{"gravity", HB_FORCE_GRAVITY},
+               {"point", HB_FORCE_POINT},
+               {"distributed", HB_FORCE_DISTRIBUTED},
+               {"per_vertex", HB_FORCE_PER_VERTEX},
+               {"wind", HB_FORCE_WIND}};
   *value = NULL;
   for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
     const hb_node *child = hb_node_find(node, kinds[k].key);
     if (child && *value)
-      return hb_scene_fail_key(r, child, "\"%s\" is given already; an entry has one of gravity, point, distributed, "
-                               "per_vertex, wind", (*value)->key);
+      return hb_scene_fail_key(r, child,
+                               "\"%s\" is given already; an entry has one of gravity, point, distributed, "
+                               "per_vertex, wind",
+                               (*value)->key);
     if (child) {
       *value = child;
       *kind = kinds[k].kind;
     }
   }
   if (*value) return HB_OK;
-  return hb_scene_fail_key(r, node, "no force is given; one of gravity, point, distributed, per_vertex, wind is expected");
+  return hb_scene_fail_key(
+      r, node, "no force is given; one of gravity, point, distributed, per_vertex, wind is expected");
 }
 
 /* Vertex of a point load: on the one rod, or on every rod. */
@@ -138,7 +151,8 @@ static hb_status read_vertex(hb_scene_reader *r, const hb_node *node, int rod, i
 
 /* One entry of forces. */
 static hb_status read_force(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"gravity", "point", "distributed", "per_vertex", "wind", "rod", "vertex", "follower", NULL};
+  static const char *const keys[] = {"gravity", "point",  "distributed", "per_vertex", "wind",
+                                     "rod",     "vertex", "follower",    NULL};
   const hb_node *value, *vertex = hb_node_find(node, "vertex"), *turning = hb_node_find(node, "follower");
   hb_force_kind kind = HB_FORCE_GRAVITY;
   hb_force_def *f;
@@ -153,7 +167,8 @@ static hb_status read_force(hb_scene_reader *r, const hb_node *node) {
     status = hb_scene_need(r, node, "vertex", "the index of a vertex, from 0 (-1 is the last),", &vertex);
   if (!status) status = read_vertex(r, vertex, rod, &index);
   if (!status && turning && (kind == HB_FORCE_GRAVITY || kind == HB_FORCE_WIND))
-    status = hb_scene_fail_key(r, turning, "belongs to point, distributed and per_vertex forces, not to %s", value->key);
+    status = hb_scene_fail_key(r, turning, "belongs to point, distributed and per_vertex forces, not to %s",
+                               value->key);
   if (!status) status = hb_scene_flag(r, turning, &follower);
   if (status) return status;
   if (kind == HB_FORCE_WIND) return read_wind(r, value, rod);

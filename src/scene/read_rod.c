@@ -8,11 +8,32 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const rod_keys[] = {
-    "name",           "rest",           "initial",      "velocity",     "straight_rest",     "lengths", "bending",
-    "twisting",       "section",        "E",            "nu",           "G",                 "density", "vertex_mass",
-    "linear_density", "natural_twist",  "rest_director", "rest_directors", "natural_curvature", "director", "damping",
-    "radius",         "start",          "end",          "supports",     NULL};
+static const char *const rod_keys[] = {"name",
+                                       "rest",
+                                       "initial",
+                                       "velocity",
+                                       "straight_rest",
+                                       "lengths",
+                                       "bending",
+                                       "twisting",
+                                       "section",
+                                       "E",
+                                       "nu",
+                                       "G",
+                                       "density",
+                                       "vertex_mass",
+                                       "linear_density",
+                                       "natural_twist",
+                                       "rest_director",
+                                       "rest_directors",
+                                       "natural_curvature",
+                                       "director",
+                                       "damping",
+                                       "radius",
+                                       "start",
+                                       "end",
+                                       "supports",
+                                       NULL};
 
 /* name: a word that can stand in a path and in a file */
 static hb_status read_name(hb_scene_reader *r, const hb_node *node, int index, hb_rod_def *rod) {
@@ -28,11 +49,14 @@ static hb_status read_name(hb_scene_reader *r, const hb_node *node, int index, h
   size_t n = strlen(rod->name);
   bool letters = strspn(rod->name, "0123456789-") < n; /* a bare number would look like an index */
   if (n > 60 || !letters ||
-      strspn(rod->name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != n || !strcmp(rod->name, "all"))
-    return hb_scene_expected(r, given, "a name of letters, digits, _ and - (at most 60, not only digits, not \"all\")");
+      strspn(rod->name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != n ||
+      !strcmp(rod->name, "all"))
+    return hb_scene_expected(r, given,
+                             "a name of letters, digits, _ and - (at most 60, not only digits, not \"all\")");
   for (int k = 0; k < index; k++)
     if (!strcmp(r->def->rods[k].name, rod->name))
-      return hb_scene_fail(r, given, "the name \"%s\" is that of rods[%d] already; every rod needs its own", rod->name, k);
+      return hb_scene_fail(r, given, "the name \"%s\" is that of rods[%d] already; every rod needs its own",
+                           rod->name, k);
   return HB_OK;
 }
 
@@ -69,14 +93,21 @@ static hb_status read_flags(hb_scene_reader *r, const hb_node *node, hb_rod_def 
   if (!status) status = hb_scene_choice(r, hb_node_find(node, "lengths"), words, &lengths);
   rod->lengths_from_initial = lengths == 1;
   const hb_node *curvature = hb_node_find(node, "natural_curvature");
+  const hb_node *directors = hb_node_find(node, "rest_directors");
+  if (!directors) directors = hb_node_find(node, "rest_director");
   if (!status && curvature && rod->straight_rest)
-    return hb_scene_fail_key(r, curvature, "straight_rest: true is given already; a rod is straight at rest or has a "
+    return hb_scene_fail_key(r, curvature,
+                             "straight_rest: true is given already; a rod is straight at rest or has a "
                              "natural curvature");
+  if (!status && curvature && directors)
+    return hb_scene_fail_key(r, directors,
+                             "natural_curvature is given already and makes the rest shape; use \"director\"");
   return status;
 }
 
 /* natural_twist at the vertices. */
-static hb_status read_natural_twist(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, hb_rod_def *rod) {
+static hb_status read_natural_twist(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                                    hb_rod_def *rod) {
   const hb_node *twist = hb_node_find(node, "natural_twist");
   if (!twist) return HB_OK;
   rod->natural_twist = hb_alloc((size_t)arc->nv, sizeof *rod->natural_twist);
@@ -89,7 +120,8 @@ static hb_v3 tangent_of(const double *x, int j) {
   return hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * j + 3), hb_v3_load(x + 3 * j)));
 }
 
-/* What a director in rest_m1 cannot say about the twist of vertex i: whole turns. They stay in natural_twist. */
+/* What a director in rest_m1 cannot say about the twist of vertex i: whole turns. They stay in natural_twist.
+ */
 static void keep_turns(const hb_scene_arc *arc, hb_rod_def *rod, int i) {
   if (!rod->natural_twist) return;
   double l = 0.5 * (arc->s[i + 1] - arc->s[i - 1]), twist = rod->natural_twist[i] * l;
@@ -116,20 +148,24 @@ static hb_status check_director(const hb_scene_reader *r, const hb_node *node, c
   hb_v3 v = hb_v3_load(d);
   hb_v3 across = hb_v3_axpy(v, -hb_v3_dot(v, t), t);
   if (hb_v3_norm(across) > 1e-6 * hb_v3_norm(v)) return HB_OK;
-  return hb_scene_fail(r, node, "[%g, %g, %g] lies along the edge; a direction across it is expected", d[0], d[1], d[2]);
+  return hb_scene_fail(r, node, "[%g, %g, %g] lies along the edge; a direction across it is expected", d[0],
+                       d[1], d[2]);
 }
 
 /* director, rest_director, rest_directors */
-static hb_status read_directors(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, hb_rod_def *rod) {
+static hb_status read_directors(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                                hb_rod_def *rod) {
   const hb_node *now = hb_node_find(node, "director"), *one = hb_node_find(node, "rest_director");
   const hb_node *all = hb_node_find(node, "rest_directors"), *second = hb_node_find(node, "natural_twist");
   double d[3];
+  char what[80];
   hb_status status = hb_scene_direction(r, now, rod->first_director);
   if (!status && now) status = check_director(r, now, rod->first_director, tangent_of(rod->initial, 0));
   if (status || (!one && !all)) return status;
   if (!second || !all) second = one && all ? one : NULL;
   if (second)
-    return hb_scene_fail_key(r, second, "\"rest_directors\" is given already, which says all about the twist at rest");
+    return hb_scene_fail_key(r, second,
+                             "\"rest_directors\" is given already, which says all about the twist at rest");
   rod->rest_m1 = hb_alloc(3 * (size_t)(rod->nv - 1), sizeof *rod->rest_m1);
   if (!rod->rest_m1) return hb_fail_memory(r->err, "rest directors");
   if (one) {
@@ -138,10 +174,8 @@ static hb_status read_directors(hb_scene_reader *r, const hb_node *node, const h
     if (!status) spread_directors(arc, hb_v3_load(d), rod);
     return status;
   }
-  if (all->kind != HB_NODE_LIST) return hb_scene_expected(r, all, "a list of directions [x, y, z], one per edge");
-  if (all->count != rod->nv - 1)
-    return hb_scene_fail(r, all, "a list of %d entries is not allowed; %d directions, one per edge, are expected",
-                         all->count, rod->nv - 1);
+  snprintf(what, sizeof what, "a list of %d directions [x, y, z], one per edge,", rod->nv - 1);
+  status = hb_scene_list(r, all, rod->nv - 1, what);
   for (int j = 0; !status && j + 1 < rod->nv; j++) {
     status = hb_scene_direction(r, all->children[j], rod->rest_m1 + 3 * j);
     if (!status) status = check_director(r, all->children[j], rod->rest_m1 + 3 * j, tangent_of(rod->rest, j));
@@ -149,10 +183,11 @@ static hb_status read_directors(hb_scene_reader *r, const hb_node *node, const h
   return status;
 }
 
-/* Builds the rest shape from its curvature: at each vertex the material curvature (k1, k2) times the length that
- * belongs to the vertex is kb = k1 m2 - k2 m1, and |kb| = 2 tan(phi/2) is the turn of the tangent about kb. The material
- * frame takes half of the vertex's twist before the turn and half after it. */
-static void build_rest(const hb_scene_arc *arc, const double *k1, const double *k2, hb_v3 m1, hb_rod_def *rod) {
+/* Builds the rest shape from its curvature: at each vertex the material curvature (k1, k2) times the length
+ * that belongs to the vertex is kb = k1 m2 - k2 m1, and |kb| = 2 tan(phi/2) is the turn of the tangent about
+ * kb. The material frame takes half of the vertex's twist before the turn and half after it. */
+static void build_rest(const hb_scene_arc *arc, const double *k1, const double *k2, hb_v3 m1,
+                       hb_rod_def *rod) {
   hb_v3 t = tangent_of(rod->initial, 0), x = hb_v3_load(rod->initial);
   m1 = hb_project_normal(m1, t);
   for (int j = 0; j + 1 < rod->nv; j++) {
@@ -161,7 +196,8 @@ static void build_rest(const hb_scene_arc *arc, const double *k1, const double *
     x = hb_v3_axpy(x, arc->s[j + 1] - arc->s[j], t);
     hb_v3_store(rod->rest + 3 * j + 3, x);
     if (j + 2 == rod->nv) break;
-    double l = 0.5 * (arc->s[j + 2] - arc->s[j]), twist = rod->natural_twist ? rod->natural_twist[j + 1] * l : 0;
+    double l = 0.5 * (arc->s[j + 2] - arc->s[j]),
+           twist = rod->natural_twist ? rod->natural_twist[j + 1] * l : 0;
     hb_v3 half = hb_turn(m1, t, 0.5 * twist), m2 = hb_v3_cross(t, half);
     hb_v3 kb = hb_v3_axpy(hb_v3_scale(k1[j + 1] * l, m2), -k2[j + 1] * l, half);
     hb_quat turn = {1, hb_v3_scale(0.5, kb)};
@@ -172,33 +208,30 @@ static void build_rest(const hb_scene_arc *arc, const double *k1, const double *
 }
 
 /* natural_curvature: [k1, k2], formulas of s in the material frame */
-static hb_status read_curvature(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, hb_rod_def *rod) {
+static hb_status read_curvature(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                                hb_rod_def *rod) {
   const hb_node *list = hb_node_find(node, "natural_curvature");
-  const hb_node *both = hb_node_find(node, "rest_directors");
   if (!list) return HB_OK;
-  if (!both) both = hb_node_find(node, "rest_director");
-  if (both) return hb_scene_fail_key(r, both, "natural_curvature is given already and makes the rest shape; use \"director\"");
-  if (list->kind != HB_NODE_LIST || list->count != 2)
-    return list->kind == HB_NODE_LIST
-               ? hb_scene_fail(r, list, "a list of %d entries is not allowed; [k1, k2] is expected", list->count)
-               : hb_scene_expected(r, list, "a list [k1, k2] of two numbers or formulas");
+  hb_status status = hb_scene_list(r, list, 2, "a list [k1, k2] of two numbers or formulas");
+  if (status) return status;
   size_t n = (size_t)rod->nv;
   double *k1 = hb_alloc(n, sizeof *k1), *k2 = hb_alloc(n, sizeof *k2);
   rod->rest_m1 = hb_alloc(3 * (n - 1), sizeof *rod->rest_m1);
-  hb_status status = k1 && k2 && rod->rest_m1 ? HB_OK : hb_fail_memory(r->err, "natural curvature");
+  status = k1 && k2 && rod->rest_m1 ? HB_OK : hb_fail_memory(r->err, "natural curvature");
   if (!status) status = hb_scene_along(r, list->children[0], arc, false, HB_RULE_ANY, k1, 1);
   if (!status) status = hb_scene_along(r, list->children[1], arc, false, HB_RULE_ANY, k2, 1);
   hb_v3 given = hb_v3_load(rod->first_director);
-  if (!status) build_rest(arc, k1, k2, hb_v3_norm(given) > 0 ? given : hb_any_normal(tangent_of(rod->initial, 0)), rod);
-  if (!status && !hb_node_find(node, "initial"))
-    memcpy(rod->initial, rod->rest, 3 * n * sizeof *rod->rest);
+  if (!status)
+    build_rest(arc, k1, k2, hb_v3_norm(given) > 0 ? given : hb_any_normal(tangent_of(rod->initial, 0)), rod);
+  if (!status && !hb_node_find(node, "initial")) memcpy(rod->initial, rod->rest, 3 * n * sizeof *rod->rest);
   hb_free(k1);
   hb_free(k2);
   return status;
 }
 
 /* velocity, damping, radius */
-static hb_status read_motion(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc, hb_rod_def *rod) {
+static hb_status read_motion(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                             hb_rod_def *rod) {
   static const char *const keys[] = {"mass", "bending", NULL};
   const hb_node *velocity = hb_node_find(node, "velocity"), *damping = hb_node_find(node, "damping");
   hb_scene_arc placed = *arc;
@@ -210,7 +243,8 @@ static hb_status read_motion(hb_scene_reader *r, const hb_node *node, const hb_s
     status = hb_scene_along_vector(r, velocity, &placed, rod->velocity);
   }
   if (!status && damping) status = hb_scene_check_keys(r, damping, keys);
-  if (!status) status = hb_scene_number(r, hb_node_find(damping, "mass"), HB_RULE_NOT_NEGATIVE, &rod->mass_damping);
+  if (!status)
+    status = hb_scene_number(r, hb_node_find(damping, "mass"), HB_RULE_NOT_NEGATIVE, &rod->mass_damping);
   const hb_node *viscosity = hb_node_find(damping, "bending");
   if (!status && viscosity) {
     rod->viscosity = hb_alloc((size_t)rod->nv, sizeof *rod->viscosity);
@@ -229,11 +263,7 @@ static hb_status read_along(hb_scene_reader *r, const hb_node *node, hb_rod_def 
   rod->radius = s[rod->nv - 1] / 100;
   hb_status status = hb_scene_read_moduli(r, node, &arc, rod);
   if (!status) status = read_natural_twist(r, node, &arc, rod);
-  if (!status) {
-    bool curved = hb_node_find(node, "natural_curvature") != NULL;
-    status = curved ? hb_scene_direction(r, hb_node_find(node, "director"), rod->first_director)
-                    : read_directors(r, node, &arc, rod);
-  }
+  if (!status) status = read_directors(r, node, &arc, rod);
   if (!status) status = read_curvature(r, node, &arc, rod);
   if (!status) status = read_motion(r, node, &arc, rod);
   hb_free(s);

@@ -8,25 +8,27 @@
 #include <string.h>
 
 /* Is the word taken by the formula language? Then a parameter of that name could not be told from it. */
-static bool is_reserved(const char *name) {
-  static const char *const calls[] = {"%s", "%s(1)", "%s(1,1)", "%s(1,1,1)"};
+static hb_status find_reserved(const char *name, bool *reserved, hb_error *err) {
+  static const char *const calls[] = {"", "(1)", "(1,1)", "(1,1,1)"};
   char text[80];
-  for (int k = 0; k < 4; k++) {
+  *reserved = false;
+  for (int k = 0; k < 4 && !*reserved; k++) {
     hb_formula *formula = NULL;
-    const char *hole = strstr(calls[k], "%s");
-    snprintf(text, sizeof text, "%s%s", name, hole + 2);
-    bool known = hb_formula_parse(text, HB_VARS_ALL, NULL, 0, &formula, NULL) == HB_OK;
+    snprintf(text, sizeof text, "%s%s", name, calls[k]);
+    hb_status status = hb_formula_parse(text, HB_VARS_ALL, NULL, 0, &formula, err);
     hb_formula_free(formula);
-    if (known) return true;
+    if (status == HB_ERR_MEMORY) return status;
+    *reserved = status == HB_OK;
   }
-  return false;
+  return HB_OK;
 }
 
 /* parameters: {name: formula of the earlier ones} */
 static hb_status read_parameters(hb_scene_reader *r, const hb_node *node) {
   static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
   if (!node) return HB_OK;
-  if (node->kind != HB_NODE_MAP) return hb_scene_expected(r, node, "a mapping of names to numbers or formulas");
+  if (node->kind != HB_NODE_MAP)
+    return hb_scene_expected(r, node, "a mapping of names to numbers or formulas");
   r->def->parameters = hb_alloc((size_t)node->count, sizeof *r->def->parameters);
   if (!r->def->parameters) return hb_fail_memory(r->err, "parameters");
   for (int k = 0; k < node->count; k++) {
@@ -34,10 +36,14 @@ static hb_status read_parameters(hb_scene_reader *r, const hb_node *node) {
     size_t n = strlen(child->key);
     double value = 0;
     if (n == 0 || n > 60 || strspn(child->key, letters) != n || strchr("0123456789", child->key[0]))
-      return hb_scene_fail_key(r, child, "a name of letters, digits and _ is expected (at most 60, no digit first)");
-    if (is_reserved(child->key))
-      return hb_scene_fail_key(r, child, "the name belongs to the formula language; another name is expected");
-    hb_status status = hb_scene_number(r, child, HB_RULE_ANY, &value);
+      return hb_scene_fail_key(r, child,
+                               "a name of letters, digits and _ is expected (at most 60, no digit first)");
+    bool reserved;
+    hb_status status = find_reserved(child->key, &reserved, r->err);
+    if (!status && reserved)
+      return hb_scene_fail_key(r, child,
+                               "the name belongs to the formula language; another name is expected");
+    if (!status) status = hb_scene_number(r, child, HB_RULE_ANY, &value);
     if (status) return status;
     char *name = hb_strdup(child->key);
     if (!name) return hb_fail_memory(r->err, "parameters");
@@ -63,8 +69,9 @@ static hb_status read_tolerance(hb_scene_reader *r, const hb_node *node, hb_meth
 
 /* method */
 static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"integrator",      "time_step",            "duration", "length_tolerance",
-                                     "max_projections", "max_twist_iterations", NULL};
+  static const char *const keys[] = {
+      "integrator",           "time_step", "duration", "length_tolerance", "max_projections",
+      "max_twist_iterations", NULL};
   static const char *const integrators[] = {"symplectic-euler", "verlet", NULL};
   hb_method_def *m = &r->def->method;
   const hb_node *step, *duration;
@@ -77,8 +84,11 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   if (!status) status = hb_scene_need(r, node, "duration", "a number or formula >= 0", &duration);
   if (!status) status = hb_scene_number(r, duration, HB_RULE_NOT_NEGATIVE, &m->duration);
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
-  if (!status) status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
-  if (!status) status = hb_scene_whole(r, hb_node_find(node, "max_twist_iterations"), 1, 1000000, &m->max_twist_iterations);
+  if (!status)
+    status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
+  if (!status)
+    status =
+        hb_scene_whole(r, hb_node_find(node, "max_twist_iterations"), 1, 1000000, &m->max_twist_iterations);
   if (status) return status;
   m->integrator = hb_strdup(integrators[choice]);
   return m->integrator ? HB_OK : hb_fail_memory(r->err, "integrator");
@@ -91,7 +101,8 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = hb_scene_whole(r, hb_node_find(node, "every"), 1, 1000000000, &r->def->output.every);
   const hb_node *checkpoint = hb_node_find(node, "checkpoint");
-  if (!status) status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
+  if (!status)
+    status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
   return status;
 }
 
@@ -103,7 +114,7 @@ static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
   hb_status status = hb_scene_check_keys(r, root, keys);
   if (!status) status = hb_scene_text(r, hb_node_find(root, "title"), &r->def->title);
   if (!status) status = hb_scene_text(r, hb_node_find(root, "description"), &r->def->description);
-  if (!status && units && units->kind != HB_NODE_SCALAR) status = hb_scene_expected(r, units, "a text, for the reader");
+  if (!status && units && units->kind != HB_NODE_SCALAR) status = hb_scene_expected(r, units, "a text");
   if (!status) status = read_parameters(r, hb_node_find(root, "parameters"));
   if (!status) status = hb_scene_need(r, root, "method", "a mapping with time_step and duration", &method);
   if (!status) status = read_method(r, method);
@@ -115,7 +126,8 @@ static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
 }
 
 /* Keeps the text that would give this scene again. */
-static hb_status keep_source(hb_scene_reader *r, const hb_node *root, const char *text, size_t length, bool changed) {
+static hb_status keep_source(hb_scene_reader *r, const hb_node *root, const char *text, size_t length,
+                             bool changed) {
   if (changed) return hb_scene_emit(root, &r->def->source, r->err);
   r->def->source = hb_strndup(text, length);
   return r->def->source ? HB_OK : hb_fail_memory(r->err, "scene text");
@@ -128,7 +140,8 @@ hb_status hb_scene_parse_limited(const char *text, size_t length, const hb_scene
   hb_node *root = NULL;
   hb_scene_def_init(r.def);
   hb_status status = hb_scene_yaml_parse(text, length, r.name, &r.limits, &root, r.err);
-  for (int k = 0; !status && k < override_count; k++) status = hb_scene_override(root, overrides[k], &r.limits, r.err);
+  for (int k = 0; !status && k < override_count; k++)
+    status = hb_scene_override(root, overrides[k], &r.limits, r.err);
   if (!status) status = read_root(&r, root);
   if (!status) status = keep_source(&r, root, text, length, override_count > 0);
   hb_node_free(root);
@@ -149,7 +162,8 @@ static hb_status read_file(const char *path, size_t limit, char **out, size_t *l
   FILE *file = fopen(path, "rb");
   size_t size = 0, used = 0;
   char *text = NULL;
-  if (!file) return hb_fail(err, HB_ERR_INPUT, "%s: the scene file cannot be opened: %s", path, strerror(errno));
+  if (!file)
+    return hb_fail(err, HB_ERR_INPUT, "%s: the scene file cannot be opened: %s", path, strerror(errno));
   for (;;) {
     if (used == size) {
       size = size ? 2 * size : 16384;

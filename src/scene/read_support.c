@@ -13,8 +13,8 @@ typedef struct site {
 } site;
 
 /* Adds an empty support to the rod. */
-static hb_status add(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod, hb_support_kind kind, int index,
-                     hb_support_def **out) {
+static hb_status add(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod, hb_support_kind kind,
+                     int index, hb_support_def **out) {
   size_t count = (size_t)rod->support_count;
   if ((count & (count - 1)) == 0) { /* room for twice as many */
     hb_support_def *grown = hb_realloc(rod->supports, count ? 2 * count : 1, sizeof *grown);
@@ -44,9 +44,7 @@ static hb_status read_position(hb_scene_reader *r, const hb_node *node, const si
   if (status) return status;
   s->held = true; /* where no formula says otherwise */
   if (node->kind == HB_NODE_SCALAR) return HB_OK;
-  if (node->count != 3)
-    return hb_scene_fail(r, node, "a list of %d entries is not allowed; a list [x, y, z] of formulas of t, fixed or free "
-                         "is expected%s", node->count, hb_scene_torn_hint(node));
+  status = hb_scene_list(r, node, 3, "a list [x, y, z] of formulas of t, fixed or free");
   for (int c = 0; !status && c < 3; c++) {
     const hb_node *axis = node->children[c];
     s->axis_free[c] = is_word(axis, "free");
@@ -71,7 +69,8 @@ static hb_status read_tangent(hb_scene_reader *r, const hb_node *node, const sit
 }
 
 /* Frame: material, material_angle, or material_frame with material_turn. held: what clamp asks for. */
-static hb_status read_frame(hb_scene_reader *r, const hb_node *node, const site *at, bool held, hb_rod_def *rod) {
+static hb_status read_frame(hb_scene_reader *r, const hb_node *node, const site *at, bool held,
+                            hb_rod_def *rod) {
   const hb_node *word = hb_node_find(node, "material"), *angle = hb_node_find(node, "material_angle");
   const hb_node *frame = hb_node_find(node, "material_frame"), *turn = hb_node_find(node, "material_turn");
   static const char *const words[] = {"free", "fixed", NULL};
@@ -79,10 +78,12 @@ static hb_status read_frame(hb_scene_reader *r, const hb_node *node, const site 
   hb_support_def *s;
   int choice = held;
   if (second)
-    return hb_scene_fail_key(r, second, "\"%s\" is given already; one of material, material_angle, material_frame is expected",
-                             word ? "material" : "material_angle");
+    return hb_scene_fail_key(
+        r, second, "\"%s\" is given already; one of material, material_angle, material_frame is expected",
+        word ? "material" : "material_angle");
   if (turn && !frame)
-    return hb_scene_fail_key(r, turn, "needs material_frame, from which it turns; an angle alone is material_angle");
+    return hb_scene_fail_key(r, turn,
+                             "needs material_frame, from which it turns; an angle alone is material_angle");
   hb_status status = hb_scene_choice(r, word, words, &choice);
   if (status || (!choice && !angle && !frame)) return status;
   const hb_node *place = frame ? frame : angle ? angle : word ? word : node;
@@ -107,7 +108,8 @@ static hb_status read_site(hb_scene_reader *r, const hb_node *node, const site *
   bool turns = at->has_edge && (tangent ? !is_word(tangent, "free") : clamp && !is_word(position, "free"));
   for (int c = 0; !status && turns && position && position->kind == HB_NODE_LIST && c < position->count; c++)
     if (is_word(position->children[c], "free"))
-      status = hb_scene_fail(r, position->children[c], "\"free\" is not allowed beside a prescribed tangent, which needs x, y "
+      status = hb_scene_fail(r, position->children[c],
+                             "\"free\" is not allowed beside a prescribed tangent, which needs x, y "
                              "and z of its base (tangent: free releases it)");
   if (!status && position) status = read_position(r, position, at, rod);
   if (!status && clamp && !position) {
@@ -128,15 +130,19 @@ static hb_status read_site(hb_scene_reader *r, const hb_node *node, const site *
 
 /* One entry of supports: a vertex (position only) or an edge (its first vertex is the base). */
 static hb_status read_entry(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
-  static const char *const keys[] = {"vertex",         "edge",           "position",      "tangent", "material",
-                                     "material_angle", "material_frame", "material_turn", "clamp",   NULL};
-  static const char *const of_edges[] = {"tangent", "material", "material_angle", "material_frame", "material_turn", "clamp"};
+  static const char *const keys[] = {
+      "vertex",         "edge",           "position",      "tangent", "material",
+      "material_angle", "material_frame", "material_turn", "clamp",   NULL};
+  static const char *const of_edges[] = {"tangent",        "material",      "material_angle",
+                                         "material_frame", "material_turn", "clamp"};
   site at = {0};
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (status) return status;
   const hb_node *vertex = hb_node_find(node, "vertex"), *edge = hb_node_find(node, "edge");
-  if (vertex && edge) return hb_scene_fail_key(r, edge, "\"vertex\" is given already; one of vertex and edge is expected");
-  if (!vertex && !edge) return hb_scene_fail_key(r, node, "the place is missing; one of vertex and edge is expected");
+  if (vertex && edge)
+    return hb_scene_fail_key(r, edge, "\"vertex\" is given already; one of vertex and edge is expected");
+  if (!vertex && !edge)
+    return hb_scene_fail_key(r, node, "the place is missing; one of vertex and edge is expected");
   for (size_t k = 0; vertex && k < sizeof of_edges / sizeof of_edges[0]; k++) {
     const hb_node *child = hb_node_find(node, of_edges[k]);
     if (child) return hb_scene_fail_key(r, child, "belongs to an edge; give \"edge\" instead of \"vertex\"");
@@ -154,7 +160,7 @@ static hb_status read_entry(hb_scene_reader *r, const hb_node *node, hb_rod_def 
 
 /* start, end and supports. */
 hb_status hb_scene_read_supports(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
-  static const char *const keys[] = {"position",       "tangent",        "material", "material_angle",
+  static const char *const keys[] = {"position",       "tangent",       "material", "material_angle",
                                      "material_frame", "material_turn", "clamp",    NULL};
   const hb_node *start = hb_node_find(node, "start"), *end = hb_node_find(node, "end");
   const hb_node *list = hb_node_find(node, "supports");

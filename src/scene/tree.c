@@ -7,8 +7,11 @@
 
 /* Generous for a person, small against a machine's memory. */
 hb_scene_limits hb_scene_default_limits(void) {
-  return (hb_scene_limits){
-      .bytes = (size_t)256 << 20, .nodes = 10000000, .alias_nodes = 100000, .depth = 32, .vertices = 10000000};
+  return (hb_scene_limits){.bytes = (size_t)256 << 20,
+                           .nodes = 10000000,
+                           .alias_nodes = 100000,
+                           .depth = 32,
+                           .vertices = 10000000};
 }
 
 /* A new node without children. */

@@ -1,5 +1,5 @@
-/* YAML text to the tree, by the events of libyaml. Scalars stay text: whether `on`, `1_000` or `3*pi` is allowed is
- * decided where the value is used. */
+/* YAML text to the tree, by the events of libyaml. Scalars stay text: whether `on`, `1_000` or `3*pi` is
+ * allowed is decided where the value is used. */
 #include "scene/tree.h"
 
 #include "base/memory.h"
@@ -59,6 +59,13 @@ static void locate(const char *text, size_t length, size_t offset, int *line, in
   }
 }
 
+/* The first byte of the character with this index, from 0; 0 behind the end. */
+static char character_at(const char *text, size_t length, size_t index) {
+  for (size_t i = 0; i < length; i++)
+    if (((unsigned char)text[i] & 0xC0) != 0x80 && index-- == 0) return text[i];
+  return 0;
+}
+
 /* Puts libyaml's complaint into one sentence. */
 static hb_status fail_syntax(const builder *b, const yaml_parser_t *parser, const char *text, size_t length) {
   int line = (int)parser->problem_mark.line + 1, column = (int)parser->problem_mark.column + 1;
@@ -66,12 +73,14 @@ static hb_status fail_syntax(const builder *b, const yaml_parser_t *parser, cons
   if (parser->error == YAML_MEMORY_ERROR) return hb_fail_memory(b->err, "YAML document");
   if (parser->error == YAML_READER_ERROR) {
     locate(text, length, parser->problem_offset, &line, &column);
-    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: not valid YAML: %s; the file must be plain UTF-8 text", b->name,
-                   line, column, problem);
+    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: not valid YAML: %s; the file must be plain UTF-8 text",
+                   b->name, line, column, problem);
   }
+  if (character_at(text, length, parser->problem_mark.index) == '\t')
+    return fail_at(b, line, column, "not valid YAML: a tab stands here; lines are indented by spaces only");
   if (parser->context && parser->context_mark.line != parser->problem_mark.line)
-    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: not valid YAML: %s (%s that begins at line %d)", b->name, line,
-                   column, problem, parser->context, (int)parser->context_mark.line + 1);
+    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: not valid YAML: %s (%s that begins at line %d)", b->name,
+                   line, column, problem, parser->context, (int)parser->context_mark.line + 1);
   return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: not valid YAML: %s%s%s", b->name, line, column, problem,
                  parser->context ? " " : "", parser->context ? parser->context : "");
 }
@@ -82,13 +91,15 @@ static hb_status take_key(builder *b, const yaml_event_t *event) {
   const char *key = (const char *)event->data.scalar.value;
   int line = (int)event->start_mark.line + 1, column = (int)event->start_mark.column + 1;
   if (strlen(key) != event->data.scalar.length) return fail_event(b, event, "a key holds a zero byte");
-  if (top->node->count == MAX_KEYS) return fail_event(b, event, "a mapping with more than 10000 keys is not allowed");
+  if (top->node->count == MAX_KEYS)
+    return fail_event(b, event, "a mapping with more than 10000 keys is not allowed");
   const hb_node *twin = hb_node_find(top->node, key);
   if (twin) {
     char path[512];
     hb_node_path(twin, path, sizeof path);
-    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: %s: the key \"%.60s\" stands twice; it was given at line %d already",
-                   b->name, line, column, path, key, twin->key_line);
+    return hb_fail(b->err, HB_ERR_INPUT,
+                   "%s:%d:%d: %s: the key \"%.60s\" stands twice; it was given at line %d already", b->name,
+                   line, column, path, key, twin->key_line);
   }
   top->key = hb_strdup(key);
   if (!top->key) return hb_fail_memory(b->err, "YAML key");
@@ -116,7 +127,8 @@ static hb_status attach(builder *b, hb_node *node) {
 }
 
 /* Remembers an anchor; a later one of the same name hides the earlier. */
-static hb_status remember(builder *b, const yaml_event_t *event, const yaml_char_t *name, const hb_node *node) {
+static hb_status remember(builder *b, const yaml_event_t *event, const yaml_char_t *name,
+                          const hb_node *node) {
   if (!name) return HB_OK;
   if (b->anchor_count == MAX_ANCHORS) return fail_event(b, event, "more than 1000 anchors are not allowed");
   if (!b->anchors) b->anchors = hb_alloc(MAX_ANCHORS, sizeof *b->anchors);
@@ -151,15 +163,17 @@ static hb_status take_alias(builder *b, const yaml_event_t *event) {
     if (strcmp(b->anchors[i].name, name) == 0) from = b->anchors[i].node;
   int line = (int)event->start_mark.line + 1, column = (int)event->start_mark.column + 1;
   if (!from)
-    return hb_fail(b->err, HB_ERR_INPUT,
-                   "%s:%d:%d: the alias *%.60s names no anchor; a value that begins with * must stand in quotes", b->name,
-                   line, column, name);
+    return hb_fail(
+        b->err, HB_ERR_INPUT,
+        "%s:%d:%d: the alias *%.60s names no anchor; a value that begins with * must stand in quotes",
+        b->name, line, column, name);
   if (is_open(b, from)) return fail_at(b, line, column, "an alias inside its own anchor is not allowed");
-  if (b->depth + height(from) > b->limits->depth) return fail_event(b, event, "the document is nested too deeply");
+  if (b->depth + height(from) > b->limits->depth)
+    return fail_event(b, event, "the document is nested too deeply");
   hb_node *copy = hb_node_copy(from, &b->alias_nodes, b->limits->alias_nodes);
   if (!copy && b->alias_nodes > b->limits->alias_nodes)
-    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: aliases copy more than %ld values, which is not allowed", b->name,
-                   line, column, b->limits->alias_nodes);
+    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: aliases copy more than %ld values, which is not allowed",
+                   b->name, line, column, b->limits->alias_nodes);
   if (!copy) return hb_fail_memory(b->err, "YAML alias");
   return attach(b, copy);
 }
@@ -167,14 +181,15 @@ static hb_status take_alias(builder *b, const yaml_event_t *event) {
 /* Opens a mapping, a list or takes a scalar. */
 static hb_status take_node(builder *b, const yaml_event_t *event, hb_node_kind kind, const yaml_char_t *name,
                            const yaml_char_t *tag) {
-  if (tag) return fail_event(b, event, "YAML tags (!...) are not used in scenes; quote a value that begins with !");
+  if (tag)
+    return fail_event(b, event, "YAML tags (!...) are not used in scenes; quote a value that begins with !");
   if (++b->nodes > b->limits->nodes)
-    return hb_fail(b->err, HB_ERR_INPUT, "%s:%d:%d: the document holds more than %ld values, which is not allowed",
-                   b->name, (int)event->start_mark.line + 1, (int)event->start_mark.column + 1, b->limits->nodes);
+    return hb_fail(b->err, HB_ERR_INPUT,
+                   "%s:%d:%d: the document holds more than %ld values, which is not allowed", b->name,
+                   (int)event->start_mark.line + 1, (int)event->start_mark.column + 1, b->limits->nodes);
   if (b->depth >= b->limits->depth || b->depth >= MAX_DEPTH)
     return fail_event(b, event, "the document is nested too deeply");
-  hb_node *node =
-      hb_node_create(kind, (int)event->start_mark.line + 1, (int)event->start_mark.column + 1);
+  hb_node *node = hb_node_create(kind, (int)event->start_mark.line + 1, (int)event->start_mark.column + 1);
   if (!node) return hb_fail_memory(b->err, "YAML node");
   if (kind == HB_NODE_SCALAR) {
     const char *text = (const char *)event->data.scalar.value;
@@ -183,7 +198,8 @@ static hb_status take_node(builder *b, const yaml_event_t *event, hb_node_kind k
     if (!node->text || strlen(text) != event->data.scalar.length) {
       bool memory = !node->text;
       hb_node_free(node);
-      return memory ? hb_fail_memory(b->err, "YAML scalar") : fail_event(b, event, "a value holds a zero byte");
+      return memory ? hb_fail_memory(b->err, "YAML scalar")
+                    : fail_event(b, event, "a value holds a zero byte");
     }
   }
   hb_status status = attach(b, node);
@@ -209,7 +225,8 @@ static hb_status take_event(builder *b, const yaml_event_t *event) {
     return take_node(b, event, HB_NODE_SCALAR, event->data.scalar.anchor, event->data.scalar.tag);
   case YAML_SEQUENCE_START_EVENT:
     if (key_due(b)) return fail_event(b, event, "a key must be a word, not a list");
-    return take_node(b, event, HB_NODE_LIST, event->data.sequence_start.anchor, event->data.sequence_start.tag);
+    return take_node(b, event, HB_NODE_LIST, event->data.sequence_start.anchor,
+                     event->data.sequence_start.tag);
   case YAML_MAPPING_START_EVENT:
     if (key_due(b)) return fail_event(b, event, "a key must be a word, not a mapping");
     return take_node(b, event, HB_NODE_MAP, event->data.mapping_start.anchor, event->data.mapping_start.tag);
@@ -238,11 +255,12 @@ static hb_status build(builder *b, yaml_parser_t *parser, const char *text, size
 }
 
 /* Parses a document. */
-hb_status hb_scene_yaml_parse(const char *text, size_t length, const char *name, const hb_scene_limits *limits,
-                              hb_node **root, hb_error *err) {
+hb_status hb_scene_yaml_parse(const char *text, size_t length, const char *name,
+                              const hb_scene_limits *limits, hb_node **root, hb_error *err) {
   *root = NULL;
   if (length > limits->bytes)
-    return hb_fail(err, HB_ERR_INPUT, "%s: the file has %zu bytes; at most %zu are allowed", name, length, limits->bytes);
+    return hb_fail(err, HB_ERR_INPUT, "%s: the file has %zu bytes; at most %zu are allowed", name, length,
+                   limits->bytes);
   builder b = {.name = name, .limits = limits, .err = err};
   yaml_parser_t parser;
   if (!yaml_parser_initialize(&parser)) return hb_fail_memory(err, "YAML parser");

@@ -75,20 +75,22 @@ static void measure_elastic(const hb_sim *sim, const hb_rod *rod, hb_frame *out)
   }
 }
 
-/* Accelerations of prescribed vertices: central difference of their exact velocities over the time step. */
+/* Accelerations of prescribed vertices: difference of their exact velocities one time step before and after (formulas
+ * are not asked about times before 0, where they need not mean anything). */
 static void prescribed_accelerations(hb_sim *sim, const hb_rod *rod) {
   const hb_model *m = sim->model;
   double h = m->def->method.time_step, t = sim->state->scalar[HB_S_TIME], x[3];
+  double t_before = t > h ? t - h : 0, inv = 1 / (t + h - t_before);
   double *after = sim->acceleration, *before = sim->stepper.v_predicted;
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++) {
     const hb_position_support *p = &m->positions[n];
     int base = p->tangent ? p->base : p->slot;
     hb_support_at(m, p, t + h, sim->state->x + 3 * base, after + 3 * base, x, after + 3 * p->slot);
-    hb_support_at(m, p, t - h, sim->state->x + 3 * base, before + 3 * base, x, before + 3 * p->slot);
+    hb_support_at(m, p, t_before, sim->state->x + 3 * base, before + 3 * base, x, before + 3 * p->slot);
   }
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++)
     for (int k = 3 * m->positions[n].slot; k < 3 * m->positions[n].slot + 3; k++)
-      after[k] = (after[k] - before[k]) / (2 * h);
+      after[k] = inv * (after[k] - before[k]);
 }
 
 /* Tension of every edge at this instant and what supports must give. */

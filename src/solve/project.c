@@ -18,7 +18,7 @@ hb_status hb_project_work_create(const hb_model *model, hb_project_work *w, hb_e
   w->gradient = w->block;
   w->direction = w->block + 3 * n;
   w->pivot = w->block + 6 * n;
-  w->upper = w->block + 7 * n;
+  w->link = w->block + 7 * n;
   w->right = w->block + 8 * n;
   w->bytes = 9 * n * sizeof *w->block;
   return HB_OK;
@@ -34,74 +34,157 @@ static inline double weighted(hb_v3 a, const double *w, hb_v3 b) {
   return a.x * w[0] * b.x + a.y * w[1] * b.y + a.z * w[2] * b.z;
 }
 
-/* Assembles and eliminates row by row, from the first edge: J lambda = C. along: directions differ from gradients.
- * Returns the largest |C_j| times scale_j (relative: 1/length) and where. *full: every row has a sound pivot. */
-static inline double forward(const hb_model *m, const hb_rod *rod, const double *x, hb_project_work *w, bool along,
-                             bool relative, int *edge, bool *full) {
-  double worst = -1, inv_before = 0, right_before = 0;
-  hb_v3 g_before = {0, 0, 0}, d_before = {0, 0, 0};
-  *full = true;
-  for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
-    const double *mass = m->inv_mass + 3 * k;
-    double inv_rest = m->inv_rest_length[k];
-    hb_v3 g;
-    double C = hb_inextensible_edge(x + 3 * k, m->rest_length[k], inv_rest, &g);
-    hb_v3 d = along ? hb_v3_load(w->direction + 3 * j) : g;
-    double size = fabs(C) * (relative ? inv_rest : 1);
-    if (!(size <= worst)) { /* also true for not-a-number */
-      worst = size;
-      *edge = k;
+/* What the right-hand side is: lengths C_j, their rates G v, or what is in work->right already. */
+typedef enum right_side { LENGTHS, RATES, GIVEN } right_side;
+
+/* One elimination: from either end towards the middle, so that two chains of divisions run side by side. */
+typedef struct chain {
+  hb_v3 g, d;       /* gradient and direction of the row before */
+  double inv, right; /* its 1/pivot and right-hand side */
+} chain;
+
+/* What all rows share. */
+typedef struct system {
+  const hb_model *m;
+  const hb_rod *rod;
+  const double *x, *v;
+  hb_project_work *w;
+  bool along, relative;
+  right_side kind;
+} system;
+
+/* What the elimination finds on the way. */
+typedef struct finding {
+  double worst;
+  int edge;
+  bool full; /* every row has a sound pivot */
+} finding;
+
+/* Row j: gradient, diagonal, elimination of the row before it (j-1 if forwards, else j+1). The link to that row is
+ * kept: the entry by which the row before needs this row's unknown in the back substitution. */
+static inline void eliminate(const system *s, int j, bool forwards, chain *c, finding *found) {
+  int k = s->rod->first + j;
+  const double *mass = s->m->inv_mass + 3 * k, *shared = forwards ? mass : mass + 3;
+  double inv_rest = s->m->inv_rest_length[k], right;
+  hb_v3 g;
+  double C = hb_inextensible_edge(s->x + 3 * k, s->m->rest_length[k], inv_rest, &g);
+  hb_v3 d = s->along ? hb_v3_load(s->w->direction + 3 * j) : g;
+  if (s->kind == LENGTHS) {
+    double size = fabs(C) * (s->relative ? inv_rest : 1);
+    right = C;
+    if (!(size <= found->worst)) { /* also true for not-a-number */
+      found->worst = size;
+      found->edge = k;
     }
-    double diagonal = weighted(g, mass, d) + weighted(g, mass + 3, d);
-    double lower = -weighted(g, mass, d_before);
-    double upper = along ? -weighted(g_before, mass, d) : lower; /* entry (j-1, j) */
-    double ratio = lower * inv_before;
-    double pivot = diagonal - ratio * upper, right = C - ratio * right_before;
-    bool sound = fabs(pivot) > SINGULAR * fabs(diagonal) && diagonal != 0;
-    double inv = sound ? 1 / pivot : 0;
-    *full = *full && sound;
-    hb_v3_store(w->gradient + 3 * j, g);
-    w->pivot[j] = inv;
-    w->upper[j] = upper;
-    w->right[j] = right;
-    inv_before = inv;
-    right_before = right;
-    g_before = g;
-    d_before = d;
+  } else if (s->kind == RATES) {
+    right = hb_v3_dot(g, hb_v3_sub(hb_v3_load(s->v + 3 * k + 3), hb_v3_load(s->v + 3 * k)));
+  } else {
+    right = s->w->right[j];
   }
-  return worst;
+  double diagonal = weighted(g, mass, d) + weighted(g, mass + 3, d);
+  double to_before = -weighted(g, shared, c->d);                        /* entry (this, before) */
+  double from_before = s->along ? -weighted(c->g, shared, d) : to_before; /* entry (before, this) */
+  double ratio = to_before * c->inv;
+  double pivot = diagonal - ratio * from_before;
+  right -= ratio * c->right;
+  bool sound = fabs(pivot) > SINGULAR * fabs(diagonal);
+  double inv = sound ? 1 / pivot : 0;
+  found->full = found->full && sound;
+  hb_v3_store(s->w->gradient + 3 * j, g);
+  s->w->pivot[j] = inv;
+  s->w->link[j] = from_before;
+  s->w->right[j] = right;
+  *c = (chain){g, d, inv, right};
 }
 
-/* Back substitution and correction: x and v move by -w D^T lambda. Returns what is left of |C_j| after that: the
- * constraint is quadratic, its linear part is solved, so exactly |delta e|^2/|e-bar| remains. */
-static inline double backward(const hb_model *m, const hb_rod *rod, double *x, double *v, double inv_h,
-                              const double *direction, hb_project_work *w, double *lambda, bool relative) {
-  int ne = rod->nv - 1, o = rod->first;
-  double after = 0, next = 0, left = 0;
-  hb_v3 pull_next = {0, 0, 0}, moved_next = {0, 0, 0};
-  for (int j = ne - 1; j >= -1; j--) {
-    double own = 0;
-    hb_v3 pull = {0, 0, 0};
-    if (j >= 0) {
-      own = (w->right[j] - (j + 1 < ne ? w->upper[j + 1] * next : 0)) * w->pivot[j];
-      pull = hb_v3_scale(own, hb_v3_load(direction + 3 * j));
-      if (lambda) lambda[o + j] += own;
+/* Eliminates from both ends and solves the two rows that meet in the middle. The right-hand sides of those two become
+ * their unknowns; all others wait for spread(). */
+static inline finding meet(const system *s) {
+  int ne = s->rod->nv - 1, half = ne / 2;
+  chain a = {{0, 0, 0}, {0, 0, 0}, 0, 0}, b = a;
+  finding found = {-1, s->rod->first, true};
+  for (int j = 0; j < half; j++) {
+    eliminate(s, j, true, &a, &found);
+    eliminate(s, ne - 1 - j, false, &b, &found);
+  }
+  if (2 * half < ne) eliminate(s, half, false, &b, &found); /* the row that is left over goes to the right half */
+  const double *shared = s->m->inv_mass + 3 * (s->rod->first + half);
+  double up = -weighted(a.g, shared, b.d), low = -weighted(b.g, shared, a.d); /* entries (half-1, half), (half, half-1) */
+  double ratio = low * a.inv, pivot = (b.inv != 0 ? 1 / b.inv : 0) - ratio * up;
+  bool sound = b.inv != 0 && fabs(pivot) > SINGULAR * fabs(1 / b.inv);
+  double unknown = sound ? (b.right - ratio * a.right) / pivot : 0;
+  found.full = found.full && sound;
+  s->w->right[half] = unknown;
+  s->w->right[half - 1] = (a.right - up * unknown) * a.inv;
+  return found;
+}
+
+/* Unknown j once its neighbour towards the middle is known; the two in the middle are known already. */
+static inline double unknown_of(const hb_project_work *w, int j, int half, double inner) {
+  if (j == half || j == half - 1) return w->right[j];
+  int next = j < half ? j + 1 : j - 1;
+  return (w->right[j] - w->link[next] * inner) * w->pivot[j];
+}
+
+/* How corrections are put into effect. */
+typedef struct effect {
+  double *x, *v;           /* what moves */
+  double x_part, v_part;   /* by which multiple of the correction; 0: not */
+  const double *direction; /* 3 per edge */
+  double *lambda;          /* sums of multipliers by edge of the rod, or NULL */
+  bool relative;
+} effect;
+
+/* Moves vertex slot k by -w (pull of the edge before it - pull of the edge after it). */
+static inline hb_v3 move(const hb_model *m, const effect *e, int k, hb_v3 before, hb_v3 after) {
+  const double *mass = m->inv_mass + 3 * k;
+  hb_v3 moved = {-mass[0] * (before.x - after.x), -mass[1] * (before.y - after.y), -mass[2] * (before.z - after.z)};
+  if (e->x) hb_v3_accumulate(e->x + 3 * k, hb_v3_scale(e->x_part, moved));
+  hb_v3_accumulate(e->v + 3 * k, hb_v3_scale(e->v_part, moved));
+  return moved;
+}
+
+/* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is left if the
+ * corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta e|^2/|e-bar| remains. */
+static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e) {
+  int ne = rod->nv - 1, o = rod->first, half = ne / 2;
+  double a = w->right[half - 1], b = w->right[half], after = 0;
+  hb_v3 pull_a = hb_v3_scale(a, hb_v3_load(e->direction + 3 * (half - 1)));
+  hb_v3 pull_b = hb_v3_scale(b, hb_v3_load(e->direction + 3 * half));
+  hb_v3 moved_a = move(m, e, o + half, pull_a, pull_b), moved_b = moved_a;
+  if (e->lambda) {
+    e->lambda[half - 1] += a;
+    e->lambda[half] += b;
+  }
+  for (int i = 1; i <= ne - half; i++) {
+    int left = half - 1 - i, right = half + i; /* edges; -1 and ne stand for nothing beyond the ends */
+    hb_v3 next_a = {0, 0, 0}, next_b = {0, 0, 0};
+    if (left >= 0) {
+      a = unknown_of(w, left, half, a);
+      next_a = hb_v3_scale(a, hb_v3_load(e->direction + 3 * left));
+      if (e->lambda) e->lambda[left] += a;
+      w->right[left] = a;
     }
-    int k = 3 * (o + j + 1); /* vertex j+1 feels edge j and edge j+1 */
-    const double *mass = m->inv_mass + k;
-    hb_v3 moved = {-mass[0] * (pull.x - pull_next.x), -mass[1] * (pull.y - pull_next.y),
-                   -mass[2] * (pull.z - pull_next.z)};
-    hb_v3_accumulate(x + k, moved);
-    hb_v3_accumulate(v + k, hb_v3_scale(inv_h, moved));
-    if (j + 1 < ne) {
-      hb_v3 change = hb_v3_sub(moved_next, moved);
-      double inv_rest = m->inv_rest_length[o + j + 1];
-      left = hb_v3_dot(change, change) * inv_rest * (relative ? inv_rest : 1);
-      after = left > after ? left : after;
+    if (right < ne) {
+      b = unknown_of(w, right, half, b);
+      next_b = hb_v3_scale(b, hb_v3_load(e->direction + 3 * right));
+      if (e->lambda) e->lambda[right] += b;
+      w->right[right] = b;
     }
-    moved_next = moved;
-    pull_next = pull;
-    next = own;
+    if (left >= -1) {
+      hb_v3 moved = move(m, e, o + left + 1, next_a, pull_a), change = hb_v3_sub(moved_a, moved);
+      double inv_rest = m->inv_rest_length[o + left + 1];
+      double rest = hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
+      after = rest > after ? rest : after;
+      moved_a = moved;
+      pull_a = next_a;
+    }
+    hb_v3 moved = move(m, e, o + right, pull_b, next_b), change = hb_v3_sub(moved, moved_b);
+    double inv_rest = m->inv_rest_length[o + right - 1];
+    double rest = hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
+    after = rest > after ? rest : after;
+    moved_b = moved;
+    pull_b = next_b;
   }
   return after;
 }
@@ -122,6 +205,30 @@ static void warm_start(const hb_model *m, const hb_rod *rod, double *x, double *
   }
 }
 
+/* The three eliminations, each compiled for its own case. */
+static finding meet_along(const system *s) {
+  system fixed = *s;
+  fixed.along = true;
+  fixed.kind = LENGTHS;
+  return meet(&fixed);
+}
+
+/* Along the gradient itself: symmetric. */
+static finding meet_gradient(const system *s) {
+  system fixed = *s;
+  fixed.along = false;
+  fixed.kind = LENGTHS;
+  return meet(&fixed);
+}
+
+/* For velocities. */
+static finding meet_rates(const system *s) {
+  system fixed = *s;
+  fixed.along = false;
+  fixed.kind = RATES;
+  return meet(&fixed);
+}
+
 /* The sentence for a projection that did not end. */
 static hb_status not_converged(const hb_model *m, const hb_rod *rod, const hb_projection *p, hb_error *err) {
   int j = p->edge - rod->first;
@@ -139,7 +246,6 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
                                hb_error *err) {
   const hb_method_def *method = &model->def->method;
   bool relative = method->length_tolerance_kind == HB_TOLERANCE_RELATIVE;
-  double inv_h = 1 / h, left = HUGE_VAL;
   *result = (hb_projection){0, 0, rod->first};
   if (x_old) {
     for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
@@ -147,22 +253,25 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
       (void)hb_inextensible_edge(x_old + 3 * k, model->rest_length[k], model->inv_rest_length[k], &d);
       hb_v3_store(w->direction + 3 * j, d);
     }
-    if (lambda) warm_start(model, rod, x, v, inv_h, lambda, w);
+    if (lambda) warm_start(model, rod, x, v, 1 / h, lambda, w);
   } else if (lambda) {
     memset(lambda + rod->first, 0, (size_t)rod->nv * sizeof *lambda);
   }
+  const system lengths = {model, rod, x, v, w, x_old != NULL, relative, LENGTHS};
+  const effect correction = {x, v, 1, 1 / h, x_old ? w->direction : w->gradient,
+                             lambda ? lambda + rod->first : NULL, relative};
   for (;;) {
-    bool full = true;
-    double error = x_old ? forward(model, rod, x, w, true, relative, &result->edge, &full)
-                         : forward(model, rod, x, w, false, relative, &result->edge, &full);
-    result->error = error;
-    if (error <= method->length_tolerance) return HB_OK;
-    if (!(error < HUGE_VAL) || result->iterations >= method->max_projections)
+    finding found = x_old ? meet_along(&lengths) : meet_gradient(&lengths);
+    result->error = found.worst;
+    result->edge = found.edge;
+    if (found.worst <= method->length_tolerance) return HB_OK;
+    if (!(found.worst < HUGE_VAL) || result->iterations >= method->max_projections)
       return not_converged(model, rod, result, err);
-    left = backward(model, rod, x, v, inv_h, x_old ? w->direction : w->gradient, w, lambda, relative);
+    double left = spread(model, rod, w, &correction);
     result->iterations++;
     /* Nothing but round-off beyond what is left by the quadratic term: no need to look again. */
-    if (full && left <= 0.25 * method->length_tolerance && error < 1e-2 && method->length_tolerance >= 1e-12) {
+    if (found.full && left <= 0.25 * method->length_tolerance && found.worst < 1e-2 &&
+        method->length_tolerance >= 1e-12) {
       result->error = left;
       return HB_OK;
     }
@@ -171,31 +280,10 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
 
 /* One linear solve G M^-1 G^T mu = G v. */
 void hb_project_velocities(const hb_model *m, const hb_rod *rod, const double *x, double *v, hb_project_work *w) {
-  int ne = rod->nv - 1, edge;
-  bool full;
-  (void)forward(m, rod, x, w, false, true, &edge, &full);
-  double before = 0;
-  for (int j = 0; j < ne; j++) { /* the elimination once more, for the velocities' right-hand side */
-    int k = 3 * (rod->first + j);
-    hb_v3 rate = hb_v3_sub(hb_v3_load(v + k + 3), hb_v3_load(v + k));
-    double ratio = j > 0 ? w->upper[j] * w->pivot[j - 1] : 0;
-    before = hb_v3_dot(hb_v3_load(w->gradient + 3 * j), rate) - ratio * before;
-    w->right[j] = before;
-  }
-  double next = 0;
-  hb_v3 pull_next = {0, 0, 0};
-  for (int j = ne - 1; j >= -1; j--) {
-    double own = j >= 0 ? (w->right[j] - (j + 1 < ne ? w->upper[j + 1] * next : 0)) * w->pivot[j] : 0;
-    hb_v3 pull = j >= 0 ? hb_v3_scale(own, hb_v3_load(w->gradient + 3 * j)) : (hb_v3){0, 0, 0};
-    int k = 3 * (rod->first + j + 1);
-    const double *mass = m->inv_mass + k;
-    v[k] -= mass[0] * (pull.x - pull_next.x);
-    v[k + 1] -= mass[1] * (pull.y - pull_next.y);
-    v[k + 2] -= mass[2] * (pull.z - pull_next.z);
-    if (j >= 0) w->right[j] = own;
-    pull_next = pull;
-    next = own;
-  }
+  const system rates = {m, rod, x, v, w, false, true, RATES};
+  const effect correction = {NULL, v, 0, 1, w->gradient, NULL, true};
+  (void)meet_rates(&rates);
+  (void)spread(m, rod, w, &correction);
 }
 
 /* Acceleration of one vertex without constraints: prescribed where the inverse mass is 0. */
@@ -211,25 +299,18 @@ static hb_v3 free_acceleration(const hb_model *m, int slot, const double *f, con
 /* G M^-1 G^T lambda = G a + 2 |de/dt|^2/|e-bar|. */
 void hb_project_tension(const hb_model *m, const hb_rod *rod, const double *x, const double *v, const double *f,
                         const double *a, double *lambda, hb_project_work *w) {
-  int ne = rod->nv - 1, edge;
-  bool full;
-  (void)forward(m, rod, x, w, false, true, &edge, &full);
-  double before = 0;
+  const system given = {m, rod, x, v, w, false, true, GIVEN};
+  int ne = rod->nv - 1, half = ne / 2;
   for (int j = 0; j < ne; j++) {
     int k = rod->first + j;
-    hb_v3 rate = hb_v3_sub(hb_v3_load(v + 3 * k + 3), hb_v3_load(v + 3 * k));
+    hb_v3 rate = hb_v3_sub(hb_v3_load(v + 3 * k + 3), hb_v3_load(v + 3 * k)), g;
     hb_v3 acceleration = hb_v3_sub(free_acceleration(m, k + 1, f, a), free_acceleration(m, k, f, a));
-    double right = hb_v3_dot(hb_v3_load(w->gradient + 3 * j), acceleration) +
-                   2 * m->inv_rest_length[k] * hb_v3_dot(rate, rate);
-    double ratio = j > 0 ? w->upper[j] * w->pivot[j - 1] : 0;
-    before = right - ratio * before;
-    w->right[j] = before;
+    (void)hb_inextensible_edge(x + 3 * k, m->rest_length[k], m->inv_rest_length[k], &g);
+    w->right[j] = hb_v3_dot(g, acceleration) + 2 * m->inv_rest_length[k] * hb_v3_dot(rate, rate);
   }
-  double next = 0;
-  for (int j = ne - 1; j >= 0; j--) {
-    next = (w->right[j] - (j + 1 < ne ? w->upper[j + 1] * next : 0)) * w->pivot[j];
-    lambda[j] = next;
-  }
+  (void)meet(&given);
+  for (int j = half - 1; j >= 0; j--) lambda[j] = unknown_of(w, j, half, j + 1 < ne ? lambda[j + 1] : 0);
+  for (int j = half; j < ne; j++) lambda[j] = unknown_of(w, j, half, lambda[j - 1]);
 }
 
 /* ||e|/|e-bar| - 1|. */

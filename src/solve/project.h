@@ -9,8 +9,8 @@ typedef struct hb_project_work {
   double *gradient;  /* 3 per edge: dC_j/dx_{j+1} now */
   double *direction; /* 3 per edge: the gradient that corrections go along, where it is another one */
   double *pivot;     /* per edge: 1/pivot */
-  double *upper;     /* per edge */
-  double *right;     /* per edge */
+  double *link;      /* per edge: how the row before it in the elimination depends on it */
+  double *right;     /* per edge: right-hand sides, then unknowns */
   double *block;
   size_t bytes;
 } hb_project_work;

@@ -2,7 +2,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "math/vec3.h"
+#include "math/rotation.h"
 
 #include <string.h>
 
@@ -162,10 +162,9 @@ hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const 
   hb_status status = hb_rod_evaluate(s->model, rod, state, &s->rod_work, t, h, err);
   hb_stepper_end(s, HB_STAGE_ELASTIC);
   if (status) return status;
-  int fold = hb_rod_find_fold(rod, &s->rod_work);
-  if (fold >= 0) {
+  if (!(s->rod_work.lowest_chi > HB_FOLD_LIMIT)) {
     state->scalar[HB_S_FOLDS]++;
-    state->scalar[HB_S_FOLD_SLOT] = rod->first + fold;
+    state->scalar[HB_S_FOLD_SLOT] = rod->first + hb_rod_find_fold(rod, &s->rod_work);
   }
   if (!s->active[rod->index]) return HB_OK;
   size_t from = 3 * (size_t)rod->first, to = from + 3 * (size_t)rod->nv;

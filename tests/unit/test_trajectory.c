@@ -15,11 +15,11 @@
 #include <time.h>
 #include <unistd.h>
 
-static char directory[64];
+static char directory[256];
 
 /* Path of a file in the test's directory; valid until the next call but one. */
 static const char *in_directory(const char *name) {
-  static char paths[2][128];
+  static char paths[2][320];
   static int turn;
   turn = !turn;
   snprintf(paths[turn], sizeof paths[turn], "%s/%s", directory, name);
@@ -29,7 +29,8 @@ static const char *in_directory(const char *name) {
 /* Makes the directory. */
 static int set_up(void **state) {
   (void)state;
-  snprintf(directory, sizeof directory, "hebra-trajectory-XXXXXX");
+  const char *scratch = getenv("HEBRA_SCRATCH");
+  snprintf(directory, sizeof directory, "%s/trajectory-XXXXXX", scratch ? scratch : ".");
   return mkdtemp(directory) ? 0 : -1;
 }
 

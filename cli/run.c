@@ -1,0 +1,326 @@
+/* hebra run: simulate a scene, or go on from a checkpoint. */
+#include "cli/cli.h"
+#include "cli/progress.h"
+#include "cli/watch.h"
+#include "output/report.h"
+
+#include <errno.h>
+#include <getopt.h>
+#include <limits.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <time.h>
+
+/* Steps between two looks at the signals. */
+#define SIGNAL_STEPS 64
+#define TIMED_STEPS 16
+
+/* The arguments. */
+typedef struct options {
+  const char *scene, *restart, *directory, *watch;
+  const char *overrides[64];
+  int override_count;
+  double speed;
+  bool quiet, json;
+} options;
+
+/* Everything that a run owns. */
+typedef struct run {
+  options opt;
+  char directory[PATH_MAX], trajectory[PATH_MAX + 32], checkpoint[PATH_MAX + 32], report[PATH_MAX + 32];
+  hb_scene_def def;
+  hb_checkpoint saved;
+  hb_model *model;
+  hb_sim *sim;
+  hb_frame *start, *frame;
+  hb_writer *writer;
+  cli_watch *watch;
+  cli_progress progress;
+  long frames;
+  double last_checkpoint;
+} run;
+
+/* Parses argv; an exit status, or -1 to go on. */
+static int parse(int argc, char **argv, options *opt) {
+  static const struct option longs[] = {{"output", required_argument, NULL, 'o'},
+                                        {"set", required_argument, NULL, 's'},
+                                        {"restart", required_argument, NULL, 'r'},
+                                        {"watch", optional_argument, NULL, 'w'},
+                                        {"speed", required_argument, NULL, 'p'},
+                                        {"quiet", no_argument, NULL, 'q'},
+                                        {"json", no_argument, NULL, 'j'},
+                                        {NULL, 0, NULL, 0}};
+  *opt = (options){0};
+  opterr = 0;
+  for (int c; (c = getopt_long(argc, argv, ":o:q", longs, NULL)) != -1;) {
+    switch (c) {
+    case 'o': opt->directory = optarg; break;
+    case 's':
+      if (opt->override_count == 64) return cli_usage(&cli_verb_run, "more than 64 --set are too many");
+      opt->overrides[opt->override_count++] = optarg;
+      break;
+    case 'r': opt->restart = optarg; break;
+    case 'w': opt->watch = optarg ? optarg : "terminal"; break;
+    case 'p': {
+      char *end;
+      opt->speed = strtod(optarg, &end);
+      if (*end || end == optarg || !(opt->speed > 0))
+        return cli_usage(&cli_verb_run, "--speed \"%s\" is not a number above 0", optarg);
+      break;
+    }
+    case 'q': opt->quiet = true; break;
+    case 'j': opt->json = true; break;
+    case ':': return cli_usage(&cli_verb_run, "%s needs a value", argv[optind - 1]);
+    default: return cli_usage(&cli_verb_run, "%s is not an option", argv[optind - 1]);
+    }
+  }
+  if (optind < argc) opt->scene = argv[optind++];
+  if (optind < argc) return cli_usage(&cli_verb_run, "\"%s\": only one scene can be run at a time", argv[optind]);
+  if (!opt->scene == !opt->restart)
+    return cli_usage(&cli_verb_run, "give either a scene file or --restart with a checkpoint");
+  if (opt->restart && opt->override_count > 0)
+    return cli_usage(&cli_verb_run, "--restart goes on with the scene as it was; --set cannot change it");
+  return -1;
+}
+
+/* Directory of results: as asked for, beside the checkpoint, or out/NAME after the scene file. */
+static hb_status choose_directory(run *r, hb_error *err) {
+  const char *source = r->opt.scene ? r->opt.scene : r->opt.restart;
+  const char *slash = strrchr(source, '/'), *name = slash ? slash + 1 : source, *dot = strrchr(name, '.');
+  int stem = dot && dot > name ? (int)(dot - name) : (int)strlen(name), length;
+  if (r->opt.directory) length = snprintf(r->directory, sizeof r->directory, "%s", r->opt.directory);
+  else if (r->opt.scene) length = snprintf(r->directory, sizeof r->directory, "out/%.*s", stem, name);
+  else length = snprintf(r->directory, sizeof r->directory, "%.*s", slash ? (int)(slash - source) : 1, slash ? source : ".");
+  if (length >= (int)sizeof r->directory || length < 1)
+    return hb_fail(err, HB_ERR_INPUT, "the name of the output directory is empty or too long");
+  snprintf(r->trajectory, sizeof r->trajectory, "%s/trajectory.h5", r->directory);
+  snprintf(r->checkpoint, sizeof r->checkpoint, "%s/checkpoint.hbc", r->directory);
+  snprintf(r->report, sizeof r->report, "%s/report.json", r->directory);
+  return HB_OK;
+}
+
+/* mkdir -p. */
+static hb_status make_directory(const char *path, hb_error *err) {
+  char part[PATH_MAX];
+  snprintf(part, sizeof part, "%s", path);
+  for (char *p = part + 1;; p++) {
+    if (*p != '/' && *p != 0) continue;
+    char kept = *p;
+    *p = 0;
+    if (mkdir(part, 0777) != 0 && errno != EEXIST)
+      return hb_fail(err, HB_ERR_IO, "%s: the directory cannot be made: %s", part, strerror(errno));
+    *p = kept;
+    if (!kept) return HB_OK;
+  }
+}
+
+/* Scene from its file, or from inside a checkpoint. */
+static hb_status read_scene(run *r, hb_error *err) {
+  if (r->opt.scene)
+    return hb_scene_read(r->opt.scene, r->opt.overrides, r->opt.override_count, &r->def, err);
+  hb_status status = hb_checkpoint_read(r->opt.restart, &r->saved, err);
+  if (status) return status;
+  if (!r->saved.source)
+    return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint holds no scene to go on with", r->opt.restart);
+  return hb_scene_parse(r->saved.source, strlen(r->saved.source), r->opt.restart, r->saved.base_dir, NULL, 0, &r->def,
+                        err);
+}
+
+/* Sentences that a user should see before the run. */
+static void say_notes(const run *r) {
+  double moved = hb_sim_initial_correction(r->sim);
+  if (r->opt.quiet) return;
+  fprintf(stderr, "%s\n", r->def.title ? r->def.title : "untitled scene");
+  for (int k = 0; k < r->model->note_count; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
+  if (moved > 1e-6 * r->model->rods[0].length)
+    fprintf(stderr, "note: the initial shape was moved by up to %.3g so that every edge has its rest length\n", moved);
+}
+
+/* Model, simulation, files. Nothing is written before the scene has proved sound. */
+static hb_status prepare(run *r, hb_error *err) {
+  hb_status status = choose_directory(r, err);
+  if (!status) status = read_scene(r, err);
+  if (!status) status = hb_model_create(&r->def, &r->model, err);
+  if (!status) status = hb_sim_create(r->model, &r->sim, err);
+  if (!status) status = hb_frame_create(r->model, &r->start, err);
+  if (!status) status = hb_frame_create(r->model, &r->frame, err);
+  if (status) return status;
+  hb_sim_measure(r->sim, r->start);
+  if (r->opt.restart) status = hb_sim_restore(r->sim, r->saved.block, r->saved.count, err);
+  if (!status) status = make_directory(r->directory, err);
+  if (status) return status;
+  long steps = hb_sim_total_steps(r->sim), every = r->def.output.every, planned = 1 + (steps + every - 1) / every;
+  hb_sim_measure(r->sim, r->frame);
+  hb_sim_time_stages(r->sim, TIMED_STEPS);
+  if (r->opt.restart) {
+    r->frames = r->saved.frames;
+    status = hb_writer_continue(r->trajectory, r->model, planned, r->saved.frames, &r->writer, err);
+  } else {
+    status = hb_writer_create(r->trajectory, r->model, planned, &r->writer, err);
+    if (!status) status = hb_writer_add(r->writer, r->frame, err);
+    r->frames = 1;
+  }
+  if (!status && r->opt.watch) status = cli_watch_open(r->model, r->opt.watch, r->opt.speed, &r->watch, err);
+  return status;
+}
+
+/* Ctrl-C and the polite kill wait here instead of ending the program; asked for between steps. */
+static void block_signals(sigset_t *old) {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  sigprocmask(SIG_BLOCK, &set, old);
+}
+
+/* Has somebody asked to stop? */
+static bool asked_to_stop(void) {
+  sigset_t pending;
+  sigpending(&pending);
+  return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1;
+}
+
+/* Takes the signals that were waiting, so that they do not end the program afterwards. */
+static void drain_signals(const sigset_t *old) {
+  sigset_t set;
+  struct timespec none = {0, 0};
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  while (sigtimedwait(&set, NULL, &none) > 0) {}
+  sigprocmask(SIG_SETMASK, old, NULL);
+}
+
+/* Measures, writes, shows; a checkpoint now and then. */
+static hb_status give_frame(run *r, bool force_checkpoint, hb_error *err) {
+  hb_sim_measure(r->sim, r->frame);
+  hb_status status = hb_writer_add(r->writer, r->frame, err);
+  if (status) return status;
+  r->frames++;
+  cli_progress_show(&r->progress, r->frame);
+  if (r->watch) cli_watch_show(r->watch, r->frame);
+  double now = cli_progress_seconds(&r->progress);
+  if (!force_checkpoint && now - r->last_checkpoint < r->def.output.checkpoint_seconds) return HB_OK;
+  r->last_checkpoint = now;
+  return hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+}
+
+/* Steps until the end, a signal, or trouble. */
+static hb_status simulate(run *r, hb_error *err) {
+  long total = hb_sim_total_steps(r->sim), every = r->def.output.every;
+  if (hb_sim_steps(r->sim) >= total) return hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+  for (long n = hb_sim_steps(r->sim) + 1; n <= total; n++) {
+    hb_status status = hb_sim_step(r->sim, err);
+    if (status) return status;
+    bool frame = n % every == 0 || n == total;
+    if (frame) status = give_frame(r, n == total, err);
+    if (status) return status;
+    if ((frame || n % SIGNAL_STEPS == 0) && n < total && asked_to_stop()) {
+      status = hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+      return status ? status
+                    : hb_fail(err, HB_ERR_INTERRUPTED,
+                              "stopped on request at t = %.9g; hebra run --restart %s goes on from there",
+                              hb_sim_time(r->sim), r->checkpoint);
+    }
+  }
+  return HB_OK;
+}
+
+/* Prints a file to stdout. */
+static void print_file(const char *path) {
+  char buffer[4096];
+  FILE *file = fopen(path, "rb");
+  if (!file) return;
+  for (size_t n; (n = fread(buffer, 1, sizeof buffer, file)) > 0;) fwrite(buffer, 1, n, stdout);
+  fclose(file);
+}
+
+/* Report, closing lines, exit status. */
+static int finish(run *r, hb_status status, hb_error *err) {
+  struct rusage usage;
+  hb_error later = {HB_OK, ""};
+  getrusage(RUSAGE_SELF, &usage);
+  cli_progress_end(&r->progress, r->frame);
+  hb_status closing = hb_writer_close(r->writer, &later);
+  r->writer = NULL;
+  hb_status reporting = hb_report_write(r->report, r->sim, r->start, r->frame, cli_progress_seconds(&r->progress),
+                                        (size_t)usage.ru_maxrss * 1024, status ? err->text : "finished",
+                                        closing ? NULL : &later);
+  if (!status && (closing || reporting)) {
+    status = later.status;
+    *err = later;
+  }
+  if (r->opt.json) print_file(r->report);
+  if (!r->opt.quiet)
+    fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
+            cli_progress_seconds(&r->progress));
+  if (!status) return CLI_DONE;
+  if (status == HB_ERR_NUMERIC)
+    fprintf(stderr, "hebra run: the run went wrong; the last good frame is at t = %.9g in %s\n", r->frame->time,
+            r->trajectory);
+  return cli_fail("run", err);
+}
+
+/* Frees what the run owns. */
+static void release(run *r) {
+  if (r->watch) cli_watch_close(r->watch);
+  (void)hb_writer_close(r->writer, NULL);
+  hb_frame_free(r->frame);
+  hb_frame_free(r->start);
+  hb_sim_free(r->sim);
+  hb_model_free(r->model);
+  hb_scene_def_free(&r->def);
+  hb_checkpoint_free(&r->saved);
+}
+
+/* The verb. */
+static int run_verb(int argc, char **argv) {
+  run r;
+  hb_error err = {HB_OK, ""};
+  sigset_t old;
+  memset(&r, 0, sizeof r);
+  hb_scene_def_init(&r.def);
+  int result = parse(argc, argv, &r.opt);
+  if (result >= 0) return result;
+  hb_status status = prepare(&r, &err);
+  if (status) {
+    result = cli_fail("run", &err);
+  } else {
+    say_notes(&r);
+    cli_progress_begin(&r.progress, r.sim, r.opt.quiet || r.opt.watch != NULL);
+    block_signals(&old);
+    status = simulate(&r, &err);
+    drain_signals(&old);
+    result = finish(&r, status, &err);
+  }
+  release(&r);
+  return result;
+}
+
+const cli_verb cli_verb_run = {
+    "run", "simulate a scene",
+    "usage: hebra run SCENE [-o DIR] [--set KEY=VALUE ...] [--watch[=terminal|window] [--speed X]] [--quiet] [--json]\n"
+    "       hebra run --restart DIR/checkpoint.hbc [-o DIR]\n"
+    "\n"
+    "Simulates a scene file and leaves in DIR (default: out/NAME of the scene)\n"
+    "  trajectory.h5    every frame, for hebra render, plot, export, for ParaView and Python\n"
+    "  checkpoint.hbc   the last state, for --restart\n"
+    "  report.json      parameters, energies and their balance, momentum, length error, twist, timings, memory\n"
+    "\n"
+    "  -o, --output DIR      where the results go\n"
+    "  --set KEY=VALUE       change or add a key of the scene, e.g. --set method.time_step=1e-4\n"
+    "                        or --set rods.rope.bending=2 (may be given up to 64 times)\n"
+    "  --restart FILE        go on from a checkpoint; the result is the same to the last bit\n"
+    "  --watch[=MODE]        draw the three views while it runs: terminal (default) or window\n"
+    "  --speed X             with --watch: simulated seconds per second of watching\n"
+    "  -q, --quiet           no progress, no notes\n"
+    "  --json                print report.json to standard output at the end\n"
+    "\n"
+    "Ctrl-C finishes the step, writes a checkpoint and says how to go on.\n"
+    "\n"
+    "example: hebra run scenes/thesis-2-catenary.yaml -o out/catenary --set method.duration=1\n",
+    run_verb};

@@ -1,0 +1,182 @@
+#include "output/report.h"
+
+#include "output/file.h"
+#include "output/json.h"
+
+#include <math.h>
+
+/* What was run. */
+static void scene(hb_json *json, const hb_model *model) {
+  const hb_scene_def *def = model->def;
+  const hb_method_def *method = &def->method;
+  hb_json_text(json, "title", def->title ? def->title : "");
+  hb_json_text(json, "program", "hebra");
+  hb_json_text(json, "version", HB_VERSION);
+  hb_json_text(json, "scene_file", def->path);
+  hb_json_object(json, "parameters");
+  for (int k = 0; k < def->parameter_count; k++)
+    hb_json_number(json, def->parameters[k].name, def->parameters[k].value);
+  hb_json_object_end(json);
+  hb_json_object(json, "method");
+  hb_json_text(json, "integrator", method->integrator ? method->integrator : "verlet");
+  hb_json_number(json, "time_step", method->time_step);
+  hb_json_number(json, "duration", method->duration);
+  hb_json_number(json, "length_tolerance", method->length_tolerance);
+  hb_json_text(json, "length_tolerance_kind",
+               method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute");
+  hb_json_integer(json, "max_projections", method->max_projections);
+  hb_json_integer(json, "max_twist_iterations", method->max_twist_iterations);
+  hb_json_object_end(json);
+}
+
+/* How it ended. */
+static void outcome(hb_json *json, const hb_sim *sim, double wall_seconds, const char *stop_reason) {
+  hb_json_text(json, "stopped", stop_reason);
+  hb_json_number(json, "time", hb_sim_time(sim));
+  hb_json_integer(json, "steps", hb_sim_steps(sim));
+  hb_json_integer(json, "steps_planned", hb_sim_total_steps(sim));
+  hb_json_integer(json, "vertices", hb_sim_model(sim)->nv);
+  hb_json_number(json, "wall_seconds", wall_seconds);
+}
+
+/* Energies of one frame. */
+static void energies(hb_json *json, const char *key, const hb_frame *frame) {
+  hb_json_object(json, key);
+  hb_json_number(json, "kinetic", frame->kinetic);
+  hb_json_number(json, "bending", frame->bending);
+  hb_json_number(json, "twisting", frame->twisting);
+  hb_json_number(json, "gravity", frame->gravity);
+  hb_json_number(json, "sum_without_gravity", frame->kinetic + frame->bending + frame->twisting);
+  hb_json_object_end(json);
+}
+
+/* Energies, work, momentum, lengths. */
+static void balance(hb_json *json, const hb_sim *sim, const hb_frame *start, const hb_frame *end) {
+  const double *scalar = hb_sim_const_state(sim)->scalar;
+  hb_json_object(json, "energy");
+  energies(json, "start", start);
+  energies(json, "end", end);
+  hb_json_number(json, "work_of_loads", end->work_loads);
+  hb_json_number(json, "work_of_supports", end->work_supports);
+  hb_json_number(json, "dissipated", end->dissipated);
+  hb_json_number(json, "balance", end->balance);
+  hb_json_object_end(json);
+  hb_json_object(json, "momentum");
+  hb_json_vector(json, "linear_start", start->momentum, 3);
+  hb_json_vector(json, "linear_end", end->momentum, 3);
+  hb_json_vector(json, "angular_start", start->angular_momentum, 3);
+  hb_json_vector(json, "angular_end", end->angular_momentum, 3);
+  hb_json_object_end(json);
+  hb_json_object(json, "length_error");
+  hb_json_number(json, "last", scalar[HB_S_LENGTH_ERROR]);
+  hb_json_number(json, "worst", scalar[HB_S_WORST_LENGTH]);
+  hb_json_object_end(json);
+}
+
+/* Twist of one rod: sum over its vertices, and the range of the twisting moment. */
+static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
+  double total = 0, least = HUGE_VAL, most = -HUGE_VAL;
+  for (int i = rod->first + 1; i < rod->first + rod->nv - 1; i++) {
+    total += frame->twist[i];
+    least = fmin(least, frame->twisting_moment[i]);
+    most = fmax(most, frame->twisting_moment[i]);
+  }
+  hb_json_number(json, "total_twist", total);
+  hb_json_number(json, "total_twist_turns", total / (2 * 3.14159265358979323846));
+  hb_json_number(json, "twisting_moment_least", least);
+  hb_json_number(json, "twisting_moment_most", most);
+}
+
+/* All rods. */
+static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
+  hb_json_array(json, "rods");
+  for (int r = 0; r < model->rod_count; r++) {
+    const hb_rod *rod = &model->rods[r];
+    double energy[3], mass = 0;
+    hb_frame_rod_energy(model, frame, r, energy);
+    for (int i = rod->first; i < rod->first + rod->nv; i++) mass += model->mass[i];
+    hb_json_object(json, NULL);
+    hb_json_text(json, "name", rod->name);
+    hb_json_integer(json, "vertices", rod->nv);
+    hb_json_number(json, "length", rod->length);
+    hb_json_number(json, "mass", mass);
+    hb_json_number(json, "radius", model->def->rods[r].radius);
+    hb_json_text(json, "twist_method", rod->twist_free    ? "none: free to untwist"
+                                       : rod->closed_form ? "closed form"
+                                                          : "Newton");
+    hb_json_number(json, "kinetic", energy[0]);
+    hb_json_number(json, "bending", energy[1]);
+    hb_json_number(json, "twisting", energy[2]);
+    rod_twist(json, rod, frame);
+    hb_json_object_end(json);
+  }
+  hb_json_array_end(json);
+}
+
+/* Iterations, times, memory. */
+static void cost(hb_json *json, const hb_sim *sim, double wall_seconds, size_t peak_bytes) {
+  const double *scalar = hb_sim_const_state(sim)->scalar;
+  double seconds[HB_STAGE_COUNT] = {0}, steps = (double)hb_sim_steps(sim);
+  hb_sim_stage_seconds(sim, seconds);
+  hb_json_object(json, "iterations_per_step");
+  hb_json_number(json, "projection", steps > 0 ? scalar[HB_S_PROJECTIONS] / steps : 0);
+  hb_json_number(json, "twist_newton", steps > 0 ? scalar[HB_S_TWIST_ITERATIONS] / steps : 0);
+  hb_json_object_end(json);
+  hb_json_object(json, "seconds");
+  hb_json_number(json, "wall", wall_seconds);
+  for (int k = 0; k < HB_STAGE_COUNT; k++) hb_json_number(json, hb_stage_names[k], seconds[k]);
+  hb_json_object_end(json);
+  hb_json_number(json, "ns_per_vertex_and_step",
+                 steps > 0 ? 1e9 * wall_seconds / (steps * hb_sim_model(sim)->nv) : HUGE_VAL);
+  hb_json_object(json, "memory_bytes");
+  hb_json_integer(json, "simulation", (long long)hb_sim_memory(sim));
+  hb_json_integer(json, "process_peak", (long long)peak_bytes);
+  hb_json_object_end(json);
+}
+
+/* The rod and its vertex that a slot belongs to; -1 outside. */
+static int rod_at(const hb_model *model, double slot) {
+  for (int r = 0; r < model->rod_count; r++)
+    if (slot >= model->rods[r].first && slot < model->rods[r].first + model->rods[r].nv) return r;
+  return -1;
+}
+
+/* Things that a person should know of. */
+static void warnings(hb_json *json, const hb_sim *sim) {
+  const hb_model *model = hb_sim_model(sim);
+  const double *scalar = hb_sim_const_state(sim)->scalar;
+  char text[256];
+  hb_json_array(json, "warnings");
+  for (int k = 0; k < model->note_count; k++) hb_json_text(json, NULL, model->notes[k]);
+  if (scalar[HB_S_FOLDS] > 0) {
+    int rod = rod_at(model, scalar[HB_S_FOLD_SLOT]);
+    int at = snprintf(text, sizeof text, "%.0f times two neighbouring edges folded back onto each other",
+                      scalar[HB_S_FOLDS]);
+    if (rod >= 0 && at > 0 && (size_t)at < sizeof text)
+      snprintf(text + at, sizeof text - (size_t)at, ", last at vertex %.0f of rod %.80s",
+               scalar[HB_S_FOLD_SLOT] - model->rods[rod].first, model->rods[rod].name ? model->rods[rod].name : "");
+    hb_json_text(json, NULL, text);
+  }
+  hb_json_array_end(json);
+  hb_json_integer(json, "folds", (long long)scalar[HB_S_FOLDS]);
+}
+
+/* The whole report. */
+hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *start, const hb_frame *end,
+                          double wall_seconds, size_t peak_bytes, const char *stop_reason, hb_error *err) {
+  hb_file file;
+  hb_json json;
+  hb_status status = hb_file_begin(path, &file, err);
+  if (status != HB_OK) return status;
+  const hb_model *model = hb_sim_model(sim);
+  hb_json_begin(&json, file.stream);
+  scene(&json, model);
+  outcome(&json, sim, wall_seconds, stop_reason);
+  balance(&json, sim, start, end);
+  rods(&json, model, end);
+  cost(&json, sim, wall_seconds, peak_bytes);
+  warnings(&json, sim);
+  hb_json_text(&json, "source", model->def->source);
+  hb_json_end(&json);
+  return hb_file_end(&file, true, false, err);
+}
