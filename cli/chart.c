@@ -86,10 +86,10 @@ static void draw_balance(cli_chart *c) {
 static void draw_length(cli_chart *c) {
   if (!send_series(c, "length_error", 1e-17) || !send_series(c, "worst_length_error", 1e-17)) return;
   begin_time(c, "Length error", "relative error of the edge lengths");
-  cli_chart_say(c, "set logscale y\nset format y '10^{%%T}'\n");
+  cli_chart_say(c, "set logscale y\n");
   curve(c, 0, "length_error", "at the frame", "");
   curve(c, 1, "worst_length_error", "largest so far", "dt 2");
-  cli_chart_say(c, "\nunset logscale y\nset format y '%%g'\n");
+  cli_chart_say(c, "\nunset logscale y\n");
 }
 
 /* Three components. */
@@ -108,9 +108,9 @@ static void draw_vector(cli_chart *c, const char *name, const char *title, const
   cli_chart_say(c, "\n");
 }
 
-static void draw_momentum(cli_chart *c) { draw_vector(c, "momentum", "Momentum", "mass length / time"); }
+static void draw_momentum(cli_chart *c) { draw_vector(c, "momentum", "Momentum", "mass*length/time"); }
 static void draw_angular(cli_chart *c) {
-  draw_vector(c, "angular_momentum", "Angular momentum", "mass length^2 / time");
+  draw_vector(c, "angular_momentum", "Angular momentum", "mass*length^2/time");
 }
 
 /* A text that may stand between single quotes in a script. */
@@ -224,7 +224,7 @@ static void draw_reactions(cli_chart *c) {
   draw_supports(c, "reaction", 3, "Reactions of the supports", "force");
 }
 static void draw_torque(cli_chart *c) {
-  draw_supports(c, "torque", 1, "Torque of the clamps about the rod", "force length");
+  draw_supports(c, "torque", 1, "Torque of the clamps about the rod", "force*length");
 }
 
 /* One frame of a scalar field against arc length. */
@@ -257,14 +257,15 @@ static void draw_along(cli_chart *c, const char *name, const char *title) {
   for (int n = 0; n < c->frame_count; n++) send_along(c, name, field->location, n);
   char rod[128];
   quoted(c->info->rods[c->rod].name, rod, sizeof rod);
-  cli_chart_say(c, "set title '%s along %s'\nset xlabel 'arc length'\nset ylabel '%s'\n", title, rod, field->unit);
+  cli_chart_say(c, "set title '%s along %s'\nset xlabel 'arc length'\nset ylabel '%s'\nset xrange [0:*]\n", title, rod,
+                field->unit);
   for (int n = 0; n < c->frame_count; n++) {
     double f = c->frame_count > 1 ? (double)n / (c->frame_count - 1) : 1;
     int r = (int)(226 - f * 206), g = (int)(186 - f * 110), b = (int)(120 - f * 10);
     cli_chart_say(c, "%s $%s%d using 1:2 with lines lw 2 lc rgb '#%02x%02x%02x' title 't = %.4g'", n ? "," : "plot",
                   name, n, r, g, b, c->times[c->frames[n]]);
   }
-  cli_chart_say(c, "\n");
+  cli_chart_say(c, "\nset xrange [*:*]\n");
 }
 
 static void draw_curvature(cli_chart *c) { draw_along(c, "curvature", "Curvature"); }

@@ -9,8 +9,8 @@
 #include <string.h>
 
 /* Cost of one vertex and step, seconds, on a usual core: measured orders of magnitude, not promises. */
-#define CLOSED_FORM_SECONDS 60e-9
-#define GENERAL_SECONDS 150e-9
+#define CLOSED_FORM_SECONDS 90e-9
+#define GENERAL_SECONDS 450e-9
 /* Doubles that a frame holds per vertex: the components of all fields. */
 #define HB_COUNT(name, components, location, unit, text) +components
 enum { FRAME_DOUBLES = 0 HB_FRAME_FIELDS(HB_COUNT) };

@@ -72,7 +72,8 @@ static int export_all(const request *r) {
   hb_error err;
   char *beside = default_directory(r->path);
   const char *directory = r->directory ? r->directory : beside;
-  hb_status status = beside ? hb_reader_open(r->path, &reader, &err) : hb_fail_memory(&err, "name of a directory");
+  hb_status status =
+      beside ? hb_reader_open(r->path, &reader, &err) : hb_fail_memory(&err, "name of a directory");
   if (status == HB_OK) {
     long frames = hb_reader_info(reader)->frames;
     long first = r->first < 0 ? r->first + frames : r->first, last = r->last < 0 ? r->last + frames : r->last;
@@ -97,13 +98,18 @@ static int run(int argc, char **argv) {
   request r = {.first = 0, .last = -1, .stride = 1};
   opterr = 0;
   for (int key; (key = getopt_long(argc, argv, ":o:f:", options, NULL)) != -1;) {
-    if (key == 'f') r.formats = optarg;
-    else if (key == 'o') r.directory = optarg;
-    else if (key == ':') return cli_usage(&cli_verb_export, "%s needs a value", argv[optind - 1]);
+    if (key == 'f')
+      r.formats = optarg;
+    else if (key == 'o')
+      r.directory = optarg;
+    else if (key == ':')
+      return cli_usage(&cli_verb_export, "%s needs a value", argv[optind - 1]);
     else if (key != 'n')
-      return cli_usage(&cli_verb_export, "unknown option %s; allowed are --format, -o and --frames", argv[optind - 1]);
+      return cli_usage(&cli_verb_export, "unknown option %s; allowed are --format, -o and --frames",
+                       argv[optind - 1]);
     else if (!parse_frames(optarg, &r))
-      return cli_usage(&cli_verb_export, "--frames %s: expected FIRST, FIRST:LAST or FIRST:LAST:STRIDE", optarg);
+      return cli_usage(&cli_verb_export, "--frames %s: expected FIRST, FIRST:LAST or FIRST:LAST:STRIDE",
+                       optarg);
   }
   if (optind + 1 != argc)
     return cli_usage(&cli_verb_export, "expected one trajectory file, found %d arguments", argc - optind);
@@ -117,15 +123,19 @@ static int run(int argc, char **argv) {
 const cli_verb cli_verb_export = {
     .name = "export",
     .summary = "a trajectory as csv tables or VTK files",
-    .help = "hebra export FILE --format csv,vtp [-o DIR] [--frames FIRST:LAST:STRIDE]\n"
-            "\n"
-            "  --format LIST   csv: scalars.csv with one row per frame, and for each rod a table with one row per\n"
-            "                  frame and vertex; units stand in the header, numbers read back to the same bits\n"
-            "                  vtp: one file of polylines per frame and trajectory.pvd with the times, for every\n"
-            "                  ParaView (5.12 and newer open the trajectory itself)\n"
-            "  -o DIR          where the files go; default: the directory export beside FILE\n"
-            "  --frames RANGE  FIRST, FIRST:LAST or FIRST:LAST:STRIDE; counted from 0, negative from the end, LAST\n"
-            "                  is included; default: all\n"
-            "\n"
-            "Example:  hebra export results/trajectory.h5 --format csv,vtp --frames 0:-1:10\n",
+    .help =
+        "hebra export FILE --format csv,vtp [-o DIR] [--frames FIRST:LAST:STRIDE]\n"
+        "\n"
+        "  --format LIST   csv: scalars.csv with one row per frame, and for each rod a table with one row "
+        "per\n"
+        "                  frame and vertex; units stand in the header, numbers read back to the same bits\n"
+        "                  vtp: one file of polylines per frame and trajectory.pvd with the times, for "
+        "every\n"
+        "                  ParaView (5.12 and newer open the trajectory itself)\n"
+        "  -o DIR          where the files go; default: the directory export beside FILE\n"
+        "  --frames RANGE  FIRST, FIRST:LAST or FIRST:LAST:STRIDE; counted from 0, negative from the end, "
+        "LAST\n"
+        "                  is included; default: all\n"
+        "\n"
+        "Example:  hebra export results/trajectory.h5 --format csv,vtp --frames 0:-1:10\n",
     .run = run};

@@ -14,8 +14,8 @@
 typedef struct facts {
   const char *path;
   const hb_trajectory_info *info;
-  double bytes, disk;      /* length of the file, and what of it takes room on the disk */
-  double *first, *last;    /* every series at the first and last frame; NULL without frames */
+  double bytes, disk;   /* length of the file, and what of it takes room on the disk */
+  double *first, *last; /* every series at the first and last frame; NULL without frames */
 } facts;
 
 /* Reads every series, keeps its ends. */
@@ -139,7 +139,8 @@ static int run(int argc, char **argv) {
   bool json = false;
   opterr = 0;
   for (int key; (key = getopt_long(argc, argv, "", options, NULL)) != -1;) {
-    if (key != 'j') return cli_usage(&cli_verb_info, "unknown option %s; allowed is --json", argv[optind - 1]);
+    if (key != 'j')
+      return cli_usage(&cli_verb_info, "unknown option %s; allowed is --json", argv[optind - 1]);
     json = true;
   }
   if (optind + 1 != argc)
@@ -147,16 +148,17 @@ static int run(int argc, char **argv) {
   return show(argv[optind], json);
 }
 
-const cli_verb cli_verb_info = {
-    .name = "info",
-    .summary = "what a trajectory holds",
-    .help = "hebra info FILE [--json]\n"
-            "\n"
-            "Says what the trajectory FILE holds: title, rods, frames, all scalars at the first and the last frame,\n"
-            "and the fields that every frame has, with their units. The run may still be going on, or may have been\n"
-            "killed: every frame that was written is there.\n"
-            "\n"
-            "  --json   the same for programs, with the text of the scene\n"
-            "\n"
-            "Example:  hebra info results/trajectory.h5\n",
-    .run = run};
+const cli_verb cli_verb_info = {.name = "info",
+                                .summary = "what a trajectory holds",
+                                .help = "hebra info FILE [--json]\n"
+                                        "\n"
+                                        "Says what the trajectory FILE holds: title, rods, frames, all "
+                                        "scalars at the first and the last frame,\n"
+                                        "and the fields that every frame has, with their units. The run may "
+                                        "still be going on, or may have been\n"
+                                        "killed: every frame that was written is there.\n"
+                                        "\n"
+                                        "  --json   the same for programs, with the text of the scene\n"
+                                        "\n"
+                                        "Example:  hebra info results/trajectory.h5\n",
+                                .run = run};

@@ -181,8 +181,9 @@ static hb_status prepare(studio *s, hb_error *err) {
   return status;
 }
 
-/* The space that the frames first..last use, and the direction in which the rods lead. */
+/* The space that the frames first..last use, and the direction in which the rods lead at first, or else later. */
 static hb_status survey(studio *s, long first, long last, hb_error *err) {
+  bool aimed = false;
   hb_views_start(&s->views);
   long count = last - first + 1, stride = count > 2000 ? count / 1000 : 1; /* enough to see where they go */
   for (int pass = 0; pass < 2; pass++) {
@@ -191,8 +192,9 @@ static hb_status survey(studio *s, long first, long last, hb_error *err) {
       if (status != HB_OK) return status;
       if (pass == 0) hb_views_add(&s->views, s->cast.tubes, s->cast.count);
       else hb_views_measure(&s->views, s->cast.tubes, s->cast.count);
+      if (pass == 0 && k == first) aimed = hb_views_aim(&s->views);
     }
-    if (pass == 0) hb_views_aim(&s->views);
+    if (pass == 0 && !aimed) (void)hb_views_aim(&s->views);
   }
   return HB_OK;
 }
@@ -227,11 +229,30 @@ static hb_status draw(studio *s, long frame, hb_error *err) {
   return hb_render_views(&s->image, s->cast.tubes, s->cast.count, &s->views, time, s->info->title, err);
 }
 
+/* Looks at a later frame in the direction in which a film of the trajectory starts. */
+static hb_status aim_at_start(studio *s, long frame, hb_error *err) {
+  hb_views views;
+  hb_status status = cli_cast_read(&s->cast, s->reader, 0, err);
+  if (status != HB_OK) return status;
+  hb_views_start(&views);
+  hb_views_add(&views, s->cast.tubes, s->cast.count);
+  if (!hb_views_aim(&views)) return HB_OK;
+  for (int k = 0; k < 3; k++) {
+    views.lo[k] = s->views.lo[k];
+    views.hi[k] = s->views.hi[k];
+  }
+  s->views = views;
+  status = cli_cast_read(&s->cast, s->reader, frame, err);
+  if (status == HB_OK) hb_views_measure(&s->views, s->cast.tubes, s->cast.count);
+  return status;
+}
+
 /* One picture. */
 static hb_status make_picture(studio *s, hb_error *err) {
   long frame = 0;
   hb_status status = pick_frame(s, &frame, err);
   if (status == HB_OK) status = survey(s, frame, frame, err);
+  if (status == HB_OK && frame != 0) status = aim_at_start(s, frame, err);
   if (status == HB_OK) status = draw(s, frame, err);
   if (status == HB_OK) status = hb_image_write_png(&s->image, s->ask.out, err);
   if (status == HB_OK) printf("%s: frame %ld, t = %.6g\n", s->ask.out, frame, s->times[frame]);
@@ -292,7 +313,7 @@ static hb_status make_film(studio *s, hb_error *err) {
   const char *argv[40];
   request *r = &s->ask;
   double duration = s->times[s->info->frames - 1] - s->times[0];
-  if (!(r->speed > 0)) r->speed = duration > 0 ? round_up(duration / USUAL_LENGTH) : 1;
+  if (!(r->speed > 0)) r->speed = duration > 0 ? round_up(0.8 * duration / USUAL_LENGTH) : 1;
   double step = r->speed / r->fps, wanted = floor(duration / step + 1e-6) + 1;
   if (wanted > 1e6)
     return hb_fail(err, HB_ERR_INPUT, "the film would have %.3g frames; a larger --speed or a smaller --fps is needed",

@@ -142,7 +142,7 @@ hb_status cli_watch_open(const hb_model *model, const char *mode, double speed, 
   if (status == HB_OK) {
     hb_views_start(&w->views);
     hb_views_add(&w->views, w->cast.tubes, w->cast.count);
-    hb_views_aim(&w->views);
+    (void)hb_views_aim(&w->views);
     hb_views_measure(&w->views, w->cast.tubes, w->cast.count);
     frame_views(w);
     status = window ? open_window(w, err) : open_terminal(w, err);

@@ -47,10 +47,11 @@ hb_status hb_render_three_views(hb_image *image, const hb_tube *tubes, int count
                                 const double hi[3], double time, const char *title, hb_error *err);
 
 /* What all frames of a film share, so that its three views stand still: where the rods lead, what space they use.
- * Three passes: start; add every frame; aim; measure every frame. Then draw. */
+ * Two passes: start; add the first frame and aim; add the others, and aim again if the first one had no direction;
+ * measure every frame. Then draw. */
 typedef struct hb_views {
   double lo[3], hi[3];      /* box around all frames, radius included; lo > hi: nothing added yet */
-  double along[3];          /* unit, horizontal: first principal direction of all vertices */
+  double along[3];          /* unit, horizontal: first principal direction of the vertices added before aiming */
   double across[3];         /* unit, horizontal, normal to it */
   bool upright;             /* the rods extend upwards more than sideways: the end-on view is from above */
   double along_range[2], across_range[2];
@@ -59,7 +60,7 @@ typedef struct hb_views {
 } hb_views;
 void hb_views_start(hb_views *views);
 void hb_views_add(hb_views *views, const hb_tube *tubes, int count);
-void hb_views_aim(hb_views *views);
+bool hb_views_aim(hb_views *views); /* false: no horizontal direction stands out, x is taken */
 void hb_views_measure(hb_views *views, const hb_tube *tubes, int count);
 /* The picture of hb_render_three_views with these views. */
 hb_status hb_render_views(hb_image *image, const hb_tube *tubes, int count, const hb_views *views, double time,

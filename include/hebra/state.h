@@ -52,6 +52,7 @@ typedef enum hb_extent {
   F(m1, HB_PER_GENERAL, 3, "first material director of each edge (general rods)")                              \
   F(tangent, HB_PER_GENERAL, 3, "tangent to which m1 belongs (general rods)")                                  \
   F(twist, HB_PER_GENERAL, 1, "twist m_i of interior vertices with windings (general rods)")                   \
+  F(spin, HB_PER_GENERAL, 1, "how far each edge's frame turned beyond parallel transport in the last step")   \
   F(omega_1, HB_PER_VISCOUS, 4, "material curvatures one step ago")                                            \
   F(omega_2, HB_PER_VISCOUS, 4, "material curvatures two steps ago")                                           \
   F(panel_m1, HB_PER_PANEL, 3, "director at the far end of each panel (closed-form rods)")                     \

@@ -1,7 +1,7 @@
 /* Checkpoints: one small binary file, replaced as a whole.
  *
- * Layout, numbers in the machine's own order: the 8 bytes "HEBRACP1"; the header below; the source text; the base
- * directory; the state block; and the FNV-1a hash of everything before it. */
+ * Layout, numbers in the machine's own order: the 8 bytes "HEBRACP1"; the header below; the source text; the
+ * base directory; the state block; and the FNV-1a hash of everything before it. */
 #include "hebra/output.h"
 
 #include "base/memory.h"
@@ -16,10 +16,10 @@
 static const char magic[8] = {'H', 'E', 'B', 'R', 'A', 'C', 'P', '1'};
 
 typedef struct header {
-  uint64_t order;  /* byte_order as a number: tells a machine of the other byte order */
-  uint64_t frames; /* frames in the trajectory */
+  uint64_t order;        /* byte_order as a number: tells a machine of the other byte order */
+  uint64_t frames;       /* frames in the trajectory */
   uint64_t source, base; /* bytes of the two texts, without terminator */
-  uint64_t count;  /* doubles in the block */
+  uint64_t count;        /* doubles in the block */
 } header;
 static const uint64_t byte_order = 0x0102030405060708u;
 
@@ -32,8 +32,8 @@ static uint64_t hash_of(uint64_t hash, const void *data, size_t size) {
   return hash;
 }
 
-/* Directory of a scene file as an absolute path where the system knows one; to be freed. A relative one would be wrong
- * when the restart happens elsewhere. */
+/* Directory of a scene file as an absolute path where the system knows one; to be freed. A relative one would
+ * be wrong when the restart happens elsewhere. */
 static char *base_of(const char *path) {
   const char *slash = path ? strrchr(path, '/') : NULL;
   size_t length = slash ? (size_t)(slash - path) : 0;
@@ -85,9 +85,11 @@ static hb_status load(const char *path, char **bytes, size_t *size, hb_error *er
   if (status == HB_OK) {
     *size = (size_t)info.st_size;
     *bytes = hb_alloc(*size, 1);
-    if (!*bytes) status = hb_fail_memory(err, "checkpoint");
+    if (!*bytes)
+      status = hb_fail_memory(err, "checkpoint");
     else if (fread(*bytes, 1, *size, stream) != *size)
-      status = hb_fail(err, HB_ERR_IO, "%s: cannot be read: %s", path, strerror(ferror(stream) ? errno : EIO));
+      status =
+          hb_fail(err, HB_ERR_IO, "%s: cannot be read: %s", path, strerror(ferror(stream) ? errno : EIO));
   }
   fclose(stream);
   if (status == HB_OK) return HB_OK;
@@ -102,23 +104,26 @@ static hb_status check(const char *path, const char *bytes, size_t size, header 
   if (size < sizeof magic || memcmp(bytes, magic, sizeof magic - 1) != 0)
     return hb_fail(err, HB_ERR_INPUT, "%s: is no checkpoint, expected a file written by hebra run", path);
   if (bytes[sizeof magic - 1] != magic[sizeof magic - 1])
-    return hb_fail(err, HB_ERR_INPUT, "%s: is a checkpoint of another layout ('%c'), this program reads '%c'", path,
-                   bytes[sizeof magic - 1] > 32 && bytes[sizeof magic - 1] < 127 ? bytes[sizeof magic - 1] : '?',
-                   magic[sizeof magic - 1]);
+    return hb_fail(
+        err, HB_ERR_INPUT, "%s: is a checkpoint of another layout ('%c'), this program reads '%c'", path,
+        bytes[sizeof magic - 1] > 32 && bytes[sizeof magic - 1] < 127 ? bytes[sizeof magic - 1] : '?',
+        magic[sizeof magic - 1]);
   if (size < fixed)
-    return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint is cut off, it has %zu bytes, expected at least %zu", path,
-                   size, fixed);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: the checkpoint is cut off, it has %zu bytes, expected at least %zu", path, size,
+                   fixed);
   memcpy(head, bytes + sizeof magic, sizeof *head);
   if (head->order != byte_order)
-    return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint is damaged or comes from a machine of another byte order",
-                   path);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: the checkpoint is damaged or comes from a machine of another byte order", path);
   uint64_t room = size - fixed;
   bool fits = head->source <= room && head->base <= room - head->source;
   fits = fits && head->count == (room - head->source - head->base) / sizeof(double) &&
          (room - head->source - head->base) % sizeof(double) == 0 && head->frames <= LONG_MAX;
   if (!fits)
-    return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint is cut off or damaged, its %zu bytes do not match its header",
-                   path, size);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: the checkpoint is cut off or damaged, its %zu bytes do not match its header", path,
+                   size);
   uint64_t sum = 0;
   memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
   if (sum == hash_of(hash_start, bytes, size - sizeof sum)) return HB_OK;
@@ -142,13 +147,15 @@ hb_status hb_checkpoint_read(const char *path, hb_checkpoint *out, hb_error *err
     out->block = hb_alloc(out->count, sizeof *out->block);
     if (out->source && out->base_dir && out->block)
       memcpy(out->block, at + head.source + head.base, out->count * sizeof *out->block);
-    else status = hb_fail_memory(err, "checkpoint");
+    else
+      status = hb_fail_memory(err, "checkpoint");
   }
   hb_free(bytes);
   if (status != HB_OK) hb_checkpoint_free(out);
   return status;
 }
 
+/* Frees the contents, not the struct. */
 void hb_checkpoint_free(hb_checkpoint *checkpoint) {
   hb_free(checkpoint->source);
   hb_free(checkpoint->base_dir);

@@ -1,8 +1,9 @@
-/* Lays out an empty trajectory file. Helpers do nothing once one of them has failed, so that the order of the file
- * reads without error checks in between; the first reason is kept. */
+/* Lays out an empty trajectory file. Helpers do nothing once one of them has failed, so that the order of the
+ * file reads without error checks in between; the first reason is kept. */
 #include "output/layout.h"
 
 #include "base/memory.h"
+#include "output/seal.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -13,6 +14,7 @@ typedef struct build {
   const hb_model *model;
   hsize_t frames, nv, rods;
   bool failed, out_of_memory;
+  hb_seal_gaps gaps; /* places of the data of all tables */
   char reason[256];
 } build;
 
@@ -23,7 +25,16 @@ static void check(build *b, bool good) {
   hb_h5_reason(b->reason, sizeof b->reason);
 }
 
-/* Creation properties: no time stamps (the same run gives the same bytes), holes instead of fill values for frames. */
+/* Leaves the data of a table out of the seal. */
+static void leave_out(build *b, hid_t set) {
+  hsize_t size = b->failed ? 0 : H5Dget_storage_size(set);
+  if (size == 0) return;
+  haddr_t at = H5Dget_offset(set);
+  check(b, at != HADDR_UNDEF && hb_seal_leave_out(&b->gaps, at, size));
+}
+
+/* Creation properties: no time stamps (the same run gives the same bytes), holes instead of fill values for
+ * frames. */
 static hid_t properties_of(build *b, bool holes, bool chunked) {
   hid_t properties = H5Pcreate(H5P_DATASET_CREATE);
   check(b, properties >= 0 && H5Pset_obj_track_times(properties, false) >= 0);
@@ -52,6 +63,7 @@ static void table(build *b, const char *path, hid_t type, hsize_t rows, hsize_t 
   hid_t set = H5Dcreate2(b->file, path, type, space, H5P_DEFAULT, properties, H5P_DEFAULT);
   check(b, set >= 0);
   if (data && rows > 0) check(b, H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+  leave_out(b, set);
   if (set >= 0) H5Dclose(set);
   if (properties >= 0) H5Pclose(properties);
   if (space >= 0) H5Sclose(space);
@@ -96,6 +108,7 @@ static void text(build *b, const char *path, const char *value) {
   hid_t properties = properties_of(b, false, false);
   hid_t set = H5Dcreate2(b->file, path, type, space, H5P_DEFAULT, properties, H5P_DEFAULT);
   check(b, set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0);
+  leave_out(b, set);
   if (set >= 0) H5Dclose(set);
   if (properties >= 0) H5Pclose(properties);
   if (space >= 0) H5Sclose(space);
@@ -150,7 +163,8 @@ static void lines(build *b) {
   hb_free(offsets);
 }
 
-/* Times, and for every frame where its rows begin. All point arrays begin at the same row: one table, many names. */
+/* Times, and for every frame where its rows begin. All point arrays begin at the same row: one table, many
+ * names. */
 static void steps(build *b) {
   const int64_t none = 0;
   group(b, HB_LAYOUT_STEPS);
@@ -158,7 +172,8 @@ static void steps(build *b) {
   if (b->failed) return;
   hsize_t one = 1;
   hid_t space = H5Screate_simple(1, &one, &b->frames), properties = properties_of(b, true, true);
-  hid_t set = H5Dcreate2(b->file, HB_LAYOUT_VALUES, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
+  hid_t set =
+      H5Dcreate2(b->file, HB_LAYOUT_VALUES, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
   check(b, set >= 0);
   if (set >= 0) H5Dclose(set);
   if (properties >= 0) H5Pclose(properties);
@@ -193,7 +208,8 @@ static void fields(build *b) {
   for (int k = 0; k < hb_frame_field_count; k++) {
     const hb_frame_field *field = &hb_frame_fields[k];
     hb_layout_field_path(field, path, sizeof path);
-    table(b, path, H5T_NATIVE_DOUBLE, b->frames * b->nv, field->components > 1 ? (hsize_t)field->components : 0, NULL);
+    table(b, path, H5T_NATIVE_DOUBLE, b->frames * b->nv,
+          field->components > 1 ? (hsize_t)field->components : 0, NULL);
     note(b, path, "unit", field->unit);
     note(b, path, "text", field->text);
     note(b, path, "location", field->location == HB_ON_EDGE ? "edge" : "vertex");
@@ -204,7 +220,8 @@ static void fields(build *b) {
 }
 
 /* A point array that is the same at all times. */
-static void fixed(build *b, const char *name, hid_t type, const void *values, const char *unit, const char *about) {
+static void fixed(build *b, const char *name, hid_t type, const void *values, const char *unit,
+                  const char *about) {
   char path[128];
   snprintf(path, sizeof path, "VTKHDF/PointData/%s", name);
   table(b, path, type, b->nv, 0, values);
@@ -215,7 +232,8 @@ static void fixed(build *b, const char *name, hid_t type, const void *values, co
   same(b, "VTKHDF/Steps/PartOffsets", path);
 }
 
-/* Rod number, arc length and radius of every vertex, for colouring and for tubes; and which slots hold an edge. */
+/* Rod number, arc length and radius of every vertex, for colouring and for tubes; and which slots hold an
+ * edge. */
 static void constants(build *b) {
   size_t nv = (size_t)b->nv, edges = 0;
   int64_t *index = take(b, nv, sizeof *index);
@@ -232,8 +250,9 @@ static void constants(build *b) {
     for (size_t i = 0; i + 1 < nv; i++)
       if (index[i] == index[i + 1]) index[edges++] = (int64_t)i;
     table(b, "hebra/edges", H5T_NATIVE_INT64, edges, 0, index);
-    note(b, "hebra/edges", "text", "rows of a frame that hold an edge; the other rows of edge fields repeat the row "
-                                   "before");
+    note(b, "hebra/edges", "text",
+         "rows of a frame that hold an edge; the other rows of edge fields repeat the row "
+         "before");
   }
   hb_free(index);
   hb_free(radius);
@@ -253,7 +272,8 @@ static void rods(build *b) {
     group(b, "hebra/rods");
     for (size_t r = 0; r < count; r++) {
       const char *name = b->model->rods[r].name ? b->model->rods[r].name : "";
-      memcpy(names + r * width, name, strlen(name)); /* padded by zeros, without a terminator where it fills */
+      memcpy(names + r * width, name,
+             strlen(name)); /* padded by zeros, without a terminator where it fills */
     }
     hid_t type = text_type(b, width, false);
     table(b, "hebra/rods/name", type, count, 0, names);
@@ -276,7 +296,6 @@ static void rods(build *b) {
 static void own(build *b) {
   const int64_t layout = HB_LAYOUT_VERSION;
   char path[128];
-  group(b, "hebra");
   number(b, "hebra", "layout", 1, &layout);
   note(b, "hebra", "version", HB_VERSION);
   text(b, "hebra/title", b->model->def->title);
@@ -293,8 +312,78 @@ static void own(build *b) {
   }
 }
 
+/* Adds the number that changed since the snapshot before to the gaps in found. HB_ERR_IO unless exactly one
+ * byte, the lowest of an 8-byte number, is different. */
+static hb_status find_number(int fd, hb_seal_gaps *tables, const unsigned char *before, size_t size,
+                             hb_seal_gaps *found) {
+  const uint16_t one = 1;
+  size_t now = 0, at = 0, differing = 0;
+  unsigned char *after = NULL, low = 0;
+  hb_status status = hb_seal_snapshot(fd, tables, &after, &now);
+  if (status != HB_OK) return status;
+  for (size_t k = 0; now == size && k < size; k++)
+    if (after[k] != before[k]) {
+      at = k;
+      differing++;
+    }
+  hb_free(after);
+  if (now != size || differing != 1) return HB_ERR_IO;
+  memcpy(&low, &one, 1); /* 1: the lowest byte comes first */
+  uint64_t from = hb_seal_place(tables, at) - (low ? 0 : 7);
+  return hb_seal_leave_out(found, from, 8) ? HB_OK : HB_ERR_IO;
+}
+
+/* Finds the numbers that will change by changing them: first the number of frames, then the length of the
+ * times. */
+static hb_status find_numbers(int fd, const hb_layout_count *count, const hb_seal_gaps *gaps, long frames,
+                              hb_seal_gaps *found) {
+  int64_t none = 0, some = 1;
+  hsize_t one = 1, two = 2;
+  size_t size = 0;
+  hb_seal_gaps tables = *gaps;
+  unsigned char *before = NULL;
+  *found = *gaps;
+  hb_status status = hb_seal_snapshot(fd, &tables, &before, &size);
+  if (status != HB_OK) return status;
+  bool good =
+      H5Awrite(count->attribute, H5T_NATIVE_INT64, &some) >= 0 && H5Fflush(count->file, H5F_SCOPE_LOCAL) >= 0;
+  status = good ? find_number(fd, &tables, before, size, found) : HB_ERR_IO;
+  good =
+      H5Awrite(count->attribute, H5T_NATIVE_INT64, &none) >= 0 && H5Fflush(count->file, H5F_SCOPE_LOCAL) >= 0;
+  if (status == HB_OK && good && frames > 1) {
+    good = H5Dset_extent(count->values, &two) >= 0 && H5Fflush(count->file, H5F_SCOPE_LOCAL) >= 0;
+    status = good ? find_number(fd, &tables, before, size, found) : HB_ERR_IO;
+    good = H5Dset_extent(count->values, &one) >= 0 && H5Fflush(count->file, H5F_SCOPE_LOCAL) >= 0;
+  }
+  hb_free(before);
+  return good || status != HB_OK ? status : HB_ERR_IO;
+}
+
+/* Seals the file that is open at descriptor. A file that HDF5 lays out in another way than expected stays
+ * without seal: only running out of memory is an error. */
+static void put_seal(build *b, hid_t file, const char *path, int descriptor) {
+  hb_layout_count count;
+  hb_layout_map map = {0};
+  hb_seal_gaps gaps;
+  hid_t set = H5Dopen2(file, HB_SEAL_PATH, H5P_DEFAULT);
+  haddr_t at = set < 0 ? HADDR_UNDEF : H5Dget_offset(set);
+  if (set >= 0) H5Dclose(set);
+  hb_status status = hb_layout_locate(file, path, b->model->nv, &map, NULL);
+  bool good = status == HB_OK && at != HADDR_UNDEF;
+  good = good && hb_seal_leave_out(&b->gaps, 20, 4); /* superblock: HDF5 notes here that the file is open */
+  good = good && hb_seal_leave_out(&b->gaps, map.at[map.count - 1], map.stride[map.count - 1] * b->frames);
+  if (good && hb_layout_count_open(file, &count)) {
+    status = find_numbers(descriptor, &count, &b->gaps, map.capacity, &gaps);
+    hb_layout_count_close(&count);
+    if (status == HB_OK) status = hb_seal_write(descriptor, &gaps, at);
+  }
+  hb_layout_map_free(&map);
+  if (status == HB_ERR_MEMORY) b->failed = b->out_of_memory = true;
+}
+
 /* Everything in order; the file is closed once, so that what a new opening finds is what lies on the disk. */
-hb_status hb_layout_create(const char *path, const hb_model *model, long capacity, hid_t *out, hb_error *err) {
+hb_status hb_layout_create(const char *path, const hb_model *model, long capacity, hid_t *out,
+                           hb_error *err) {
   build b = {.file = -1, .model = model, .frames = (hsize_t)capacity};
   b.nv = (hsize_t)model->nv;
   b.rods = (hsize_t)model->rod_count;
@@ -302,6 +391,9 @@ hb_status hb_layout_create(const char *path, const hb_model *model, long capacit
   check(&b, access >= 0);
   if (!b.failed) b.file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access);
   check(&b, b.file >= 0);
+  group(&b, "hebra");
+  table(&b, HB_SEAL_PATH, H5T_STD_U8LE, HB_SEAL_BYTES, 0,
+        NULL); /* first, so that it lies near the beginning */
   vtk(&b);
   own(&b);
   fields(&b);
@@ -309,10 +401,14 @@ hb_status hb_layout_create(const char *path, const hb_model *model, long capacit
   *out = -1;
   if (!b.failed) *out = H5Fopen(path, H5F_ACC_RDWR, access);
   check(&b, *out >= 0);
+  int *descriptor = NULL;
+  if (!b.failed && H5Fget_vfd_handle(*out, H5P_DEFAULT, (void **)&descriptor) >= 0 && descriptor)
+    put_seal(&b, *out, path, *descriptor);
+  if (b.failed && *out >= 0) H5Fclose(*out);
   if (access >= 0) H5Pclose(access);
   if (!b.failed) return HB_OK;
   unlink(path);
   if (b.out_of_memory) return hb_fail_memory(err, "tables of a new trajectory");
-  return hb_fail(err, HB_ERR_IO, "%s: cannot create the trajectory of %ld frames of %d vertices: %s", path, capacity,
-                 model->nv, b.reason);
+  return hb_fail(err, HB_ERR_IO, "%s: cannot create the trajectory of %ld frames of %d vertices: %s", path,
+                 capacity, model->nv, b.reason);
 }

@@ -28,8 +28,8 @@ static hb_status buffers(hb_export_job *job, hb_error *err) {
 }
 
 /* Checks the range, prepares, hands over to the format. */
-hb_status hb_export(hb_reader *reader, const char *format, const char *directory, long first, long last, long stride,
-                    hb_error *err) {
+hb_status hb_export(hb_reader *reader, const char *format, const char *directory, long first, long last,
+                    long stride, hb_error *err) {
   hb_export_job job = {.reader = reader, .info = hb_reader_info(reader), .directory = directory};
   long frames = job.info->frames;
   bool csv = strcmp(format, "csv") == 0, vtp = strcmp(format, "vtp") == 0;
@@ -37,10 +37,11 @@ hb_status hb_export(hb_reader *reader, const char *format, const char *directory
     return hb_fail(err, HB_ERR_INPUT, "export: there is no format \"%s\", allowed are csv and vtp", format);
   if (frames == 0) return hb_fail(err, HB_ERR_INPUT, "export: the trajectory holds no frame yet");
   if (first < 0 || last < first || last >= frames || stride < 1)
-    return hb_fail(err, HB_ERR_INPUT,
-                   "export: frames %ld to %ld in steps of %ld were asked for, allowed are 0 to %ld, upwards, in steps "
-                   "of at least 1",
-                   first, last, stride, frames - 1);
+    return hb_fail(
+        err, HB_ERR_INPUT,
+        "export: frames %ld to %ld in steps of %ld were asked for, allowed are 0 to %ld, upwards, in steps "
+        "of at least 1",
+        first, last, stride, frames - 1);
   job.first = first;
   job.last = last;
   job.stride = stride;

@@ -1,5 +1,5 @@
-/* Tables for spreadsheets and scripts: scalars.csv with one row per frame, rod-NAME.csv with one row per frame and
- * vertex. Numbers read back to the same bits; the header gives the units. */
+/* Tables for spreadsheets and scripts: scalars.csv with one row per frame, rod-NAME.csv with one row per
+ * frame and vertex. Numbers read back to the same bits; the header gives the units. */
 #include "output/export.h"
 
 #include "base/memory.h"
@@ -45,7 +45,8 @@ static hb_status scalars(const hb_export_job *job, double *values, hb_error *err
   return hb_file_end(&file, true, false, err);
 }
 
-/* "rod-NAME.csv" with letters that every file system takes; the number keeps names apart that become equal. */
+/* "rod-NAME.csv" with letters that every file system takes; the number keeps names apart that become equal.
+ */
 static char *rod_path(const hb_export_job *job, int rod) {
   char name[80];
   snprintf(name, sizeof name, "%s", job->info->rods[rod].name);
@@ -60,8 +61,10 @@ static void rod_header(FILE *stream) {
   for (int k = 0; k < hb_frame_field_count; k++) {
     const hb_frame_field *field = &hb_frame_fields[k];
     for (int j = 0; j < field->components; j++) {
-      if (field->components == 1) fprintf(stream, ",%s [%s]", field->name, field->unit);
-      else fprintf(stream, ",%s_%c [%s]", field->name, letters[j], field->unit);
+      if (field->components == 1)
+        fprintf(stream, ",%s [%s]", field->name, field->unit);
+      else
+        fprintf(stream, ",%s_%c [%s]", field->name, letters[j], field->unit);
     }
   }
   fputc('\n', stream);
@@ -78,8 +81,10 @@ static void rod_rows(const hb_export_job *job, const hb_reader_rod *rod, long fr
       const double *row = job->fields[k] + (size_t)(rod->first + i) * (size_t)field->components;
       bool empty = field->location == HB_ON_EDGE && i == rod->nv - 1;
       for (int j = 0; j < field->components; j++) {
-        if (empty) fputc(',', stream);
-        else cell(stream, row[j]);
+        if (empty)
+          fputc(',', stream);
+        else
+          cell(stream, row[j]);
       }
     }
     fputc('\n', stream);

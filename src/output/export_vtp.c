@@ -1,5 +1,5 @@
-/* VTK's XML files of poly data, which every ParaView reads: one polyline per rod, all fields as point data, numbers
- * appended raw. trajectory.pvd lists the files with their times. */
+/* VTK's XML files of poly data, which every ParaView reads: one polyline per rod, all fields as point data,
+ * numbers appended raw. trajectory.pvd lists the files with their times. */
 #include "output/export.h"
 
 #include "base/memory.h"
@@ -12,9 +12,11 @@
 enum { PREFIX = 8 };
 
 /* One array's entry in the header; moves *offset behind its data. */
-static void entry(FILE *stream, const char *type, const char *name, int components, size_t bytes, size_t *offset) {
+static void entry(FILE *stream, const char *type, const char *name, int components, size_t bytes,
+                  size_t *offset) {
   fprintf(stream,
-          "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" offset=\"%zu\"/>\n",
+          "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
+          "offset=\"%zu\"/>\n",
           type, name, components, *offset);
   *offset += PREFIX + bytes;
 }
@@ -50,6 +52,7 @@ static bool constants_make(const hb_trajectory_info *info, constants *c) {
   return true;
 }
 
+/* Frees them. */
 static void constants_free(constants *c) {
   hb_free(c->connectivity);
   hb_free(c->offsets);
@@ -66,6 +69,7 @@ static void fill_unused(const hb_trajectory_info *info, int components, double *
   }
 }
 
+/* How VTK calls the order of bytes here. */
 static const char *byte_order(void) {
   const uint16_t one = 1;
   unsigned char low = 0;
@@ -79,8 +83,10 @@ static void header(const hb_export_job *job, long frame, FILE *stream) {
   char time[32];
   hb_number_text(job->times[frame], time);
   fprintf(stream,
-          "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n"
-          "  <PolyData>\n    <FieldData>\n      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
+          "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"%s\" "
+          "header_type=\"UInt64\">\n"
+          "  <PolyData>\n    <FieldData>\n      <DataArray type=\"Float64\" Name=\"TimeValue\" "
+          "NumberOfTuples=\"1\" "
           "format=\"ascii\">%s</DataArray>\n    </FieldData>\n"
           "    <Piece NumberOfPoints=\"%zu\" NumberOfVerts=\"0\" NumberOfLines=\"%d\" NumberOfStrips=\"0\" "
           "NumberOfPolys=\"0\">\n      <PointData>\n",
@@ -133,12 +139,14 @@ static hb_status list_file(const hb_export_job *job, hb_error *err) {
   hb_free(path);
   if (status != HB_OK) return status;
   fprintf(file.stream,
-          "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"%s\">\n  <Collection>\n",
+          "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"%s\">\n  "
+          "<Collection>\n",
           byte_order());
   for (long n = job->first; n <= job->last; n += job->stride) {
     char time[32];
     hb_number_text(job->times[n], time);
-    fprintf(file.stream, "    <DataSet timestep=\"%s\" part=\"0\" file=\"trajectory_%06ld.vtp\"/>\n", time, n);
+    fprintf(file.stream, "    <DataSet timestep=\"%s\" part=\"0\" file=\"trajectory_%06ld.vtp\"/>\n", time,
+            n);
     if (job->stride > job->last - n) break;
   }
   fputs("  </Collection>\n</VTKFile>\n", file.stream);

@@ -1,4 +1,5 @@
-/* Files that appear whole or not at all: written under a temporary name in the same directory, then renamed. */
+/* Files that appear whole or not at all: written under a temporary name in the same directory, then renamed.
+ */
 #ifndef HB_OUTPUT_FILE_H
 #define HB_OUTPUT_FILE_H
 
@@ -15,8 +16,8 @@ typedef struct hb_file {
 } hb_file;
 /* Opens the temporary file for writing. */
 hb_status hb_file_begin(const char *path, hb_file *out, hb_error *err);
-/* Ends it: durable also forces the bytes to the disk. good false (or a write error) removes the temporary file and
- * leaves what was at path. Frees the struct's memory in every case. */
+/* Ends it: durable also forces the bytes to the disk. good false (or a write error) removes the temporary
+ * file and leaves what was at path. Frees the struct's memory in every case. */
 hb_status hb_file_end(hb_file *file, bool good, bool durable, hb_error *err);
 
 /* Makes a directory and those above it where missing. */

@@ -51,8 +51,8 @@ hid_t hb_h5_access(void) {
   return -1;
 }
 
-/* Compression shrinks by 1032 at most, so a file of so many bytes cannot hold more than that times as much. Guards
- * every allocation against extents that a damaged file invents. */
+/* Compression shrinks by 1032 at most, so a file of so many bytes cannot hold more than that times as much.
+ * Guards every allocation against extents that a damaged file invents. */
 static bool plausible(hsize_t count, size_t size, uint64_t bytes) {
   const uint64_t shrink = 1032;
   uint64_t room = bytes > UINT64_MAX / shrink ? UINT64_MAX : bytes * shrink;
@@ -92,24 +92,26 @@ hb_status hb_h5_array_open(hid_t file, const char *path, uint64_t bytes, const c
   memset(out, 0, sizeof *out);
   out->id = H5Dopen2(file, path, H5P_DEFAULT);
   if (out->id < 0)
-    return hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s is missing or damaged; is this a trajectory of hebra?",
-                   where, path);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: the data set /%s is missing or damaged; is this a trajectory of hebra?", where, path);
   if (!extents_of(out->id, extents, &rank) || rank < 1 || !number_type(out->id, &out->integer, &size)) {
     hb_h5_array_close(out);
     return hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s is no table of numbers", where, path);
   }
   out->rows = extents[0];
   out->columns = rank == 2 ? extents[1] : 1;
-  if (!plausible(out->rows, size, bytes) || (out->columns > 0 && !plausible(out->rows, size * out->columns, bytes)) ||
-      out->columns > 64) {
+  if (!plausible(out->rows, size, bytes) ||
+      (out->columns > 0 && !plausible(out->rows, size * out->columns, bytes)) || out->columns > 64) {
     hsize_t rows = out->rows, columns = out->columns;
     hb_h5_array_close(out);
-    return hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s claims %llu x %llu numbers, more than the file can hold",
-                   where, path, (unsigned long long)rows, (unsigned long long)columns);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: the data set /%s claims %llu x %llu numbers, more than the file can hold", where,
+                   path, (unsigned long long)rows, (unsigned long long)columns);
   }
   return HB_OK;
 }
 
+/* Closes what hb_h5_array_open opened. */
 void hb_h5_array_close(hb_h5_array *array) {
   if (array->id > 0) H5Dclose(array->id);
   array->id = -1;
@@ -155,14 +157,15 @@ hb_status hb_h5_strings_read(hid_t file, const char *path, uint64_t bytes, const
   size_t stored = string_width(type);
   if (stored == 0 || !extents_of(set, extents, &rank) || rank > 1 || stored > bytes ||
       !plausible(extents[0], stored + 1, bytes) || (*count != 0 && extents[0] != *count))
-    status = hb_fail(err, HB_ERR_INPUT, "%s: the text /%s is missing or damaged; is this a trajectory of hebra?",
-                     where, path);
+    status = hb_fail(err, HB_ERR_INPUT,
+                     "%s: the text /%s is missing or damaged; is this a trajectory of hebra?", where, path);
   if (status == HB_OK) {
     *count = (size_t)extents[0];
     *width = stored + 1;
     *out = hb_alloc(*count, *width);
     memory = memory_string(type, *width);
-    if (!*out) status = hb_fail_memory(err, "text of a trajectory");
+    if (!*out)
+      status = hb_fail_memory(err, "text of a trajectory");
     else if (memory < 0 || H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, *out) < 0)
       status = hb_fail(err, HB_ERR_INPUT, "%s: the text /%s cannot be read", where, path);
   }

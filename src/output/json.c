@@ -31,12 +31,18 @@ static void quote(FILE *stream, const char *text) {
   fputc('"', stream);
   while (*at) {
     int length = utf8_length(at);
-    if (*at == '"' || *at == '\\') fprintf(stream, "\\%c", *at);
-    else if (*at == '\n') fputs("\\n", stream);
-    else if (*at == '\t') fputs("\\t", stream);
-    else if (*at < 0x20 || *at == 0x7f) fprintf(stream, "\\u%04x", (unsigned)*at);
-    else if (length == 0) fputs("\\ufffd", stream);
-    else fwrite(at, 1, (size_t)length, stream);
+    if (*at == '"' || *at == '\\')
+      fprintf(stream, "\\%c", *at);
+    else if (*at == '\n')
+      fputs("\\n", stream);
+    else if (*at == '\t')
+      fputs("\\t", stream);
+    else if (*at < 0x20 || *at == 0x7f)
+      fprintf(stream, "\\u%04x", (unsigned)*at);
+    else if (length == 0)
+      fputs("\\ufffd", stream);
+    else
+      fwrite(at, 1, (size_t)length, stream);
     at += length > 0 ? length : 1;
   }
   fputc('"', stream);
@@ -69,29 +75,37 @@ static void close_level(hb_json *json, char bracket) {
   json->first = false;
 }
 
+/* Opens the outermost object. */
 void hb_json_begin(hb_json *json, FILE *stream) {
   *json = (hb_json){.stream = stream, .first = true};
   open_level(json, NULL, '{');
 }
 
+/* Closes it. */
 void hb_json_end(hb_json *json) {
   close_level(json, '}');
   fputc('\n', json->stream);
 }
 
+/* Opens an object. */
 void hb_json_object(hb_json *json, const char *key) { open_level(json, key, '{'); }
 
+/* Closes it. */
 void hb_json_object_end(hb_json *json) { close_level(json, '}'); }
 
+/* Opens an array. */
 void hb_json_array(hb_json *json, const char *key) { open_level(json, key, '['); }
 
+/* Closes it. */
 void hb_json_array_end(hb_json *json) { close_level(json, ']'); }
 
 /* Text or null. */
 void hb_json_text(hb_json *json, const char *key, const char *text) {
   name(json, key);
-  if (text) quote(json->stream, text);
-  else fputs("null", json->stream);
+  if (text)
+    quote(json->stream, text);
+  else
+    fputs("null", json->stream);
 }
 
 /* A number without regard to the locale's decimal point. */
@@ -107,16 +121,19 @@ static void plain(FILE *stream, double value) {
   fputs(text, stream);
 }
 
+/* A real number. */
 void hb_json_number(hb_json *json, const char *key, double value) {
   name(json, key);
   plain(json->stream, value);
 }
 
+/* A whole number. */
 void hb_json_integer(hb_json *json, const char *key, long long value) {
   name(json, key);
   fprintf(json->stream, "%lld", value);
 }
 
+/* true or false. */
 void hb_json_bool(hb_json *json, const char *key, bool value) {
   name(json, key);
   fputs(value ? "true" : "false", json->stream);

@@ -8,10 +8,13 @@
 
 /* Positions are the points of the geometry; everything else is point data. */
 void hb_layout_field_path(const hb_frame_field *field, char *text, size_t size) {
-  if (strcmp(field->name, "position") == 0) snprintf(text, size, "VTKHDF/Points");
-  else snprintf(text, size, "VTKHDF/PointData/%s", field->name);
+  if (strcmp(field->name, "position") == 0)
+    snprintf(text, size, "VTKHDF/Points");
+  else
+    snprintf(text, size, "VTKHDF/PointData/%s", field->name);
 }
 
+/* All series stand in one group. */
 void hb_layout_series_path(const hb_series *series, char *text, size_t size) {
   snprintf(text, size, "hebra/series/%s", series->name);
 }
@@ -50,8 +53,8 @@ static hsize_t most_rows(hid_t set, hsize_t *columns) {
 }
 
 /* One entry of the map. per_frame: rows of one frame. */
-static bool locate_one(hid_t file, const char *path, hid_t type, hsize_t per_frame, hsize_t columns, uint64_t bytes,
-                       hb_layout_map *map) {
+static bool locate_one(hid_t file, const char *path, hid_t type, hsize_t per_frame, hsize_t columns,
+                       uint64_t bytes, hb_layout_map *map) {
   hid_t set = H5Dopen2(file, path, H5P_DEFAULT);
   if (set < 0) return false;
   uint64_t at = 0;
@@ -60,7 +63,8 @@ static bool locate_one(hid_t file, const char *path, hid_t type, hsize_t per_fra
   hsize_t frames = rows / per_frame;
   if (map->count == 0) map->capacity = frames <= (hsize_t)HB_LAYOUT_MAX_FRAMES ? (long)frames : 0;
   uint64_t stride = per_frame * columns * H5Tget_size(type);
-  good = good && map->capacity > 0 && frames == (hsize_t)map->capacity && at <= bytes && frames * stride <= bytes - at;
+  good = good && map->capacity > 0 && frames == (hsize_t)map->capacity && at <= bytes &&
+         frames * stride <= bytes - at;
   map->at[map->count] = at;
   map->stride[map->count++] = stride;
   H5Dclose(set);
@@ -72,7 +76,8 @@ static bool locate_all(hid_t file, int nv, uint64_t bytes, hb_layout_map *map) {
   char path[128];
   for (int k = 0; k < hb_frame_field_count; k++) {
     hb_layout_field_path(&hb_frame_fields[k], path, sizeof path);
-    if (!locate_one(file, path, H5T_NATIVE_DOUBLE, (hsize_t)nv, (hsize_t)hb_frame_fields[k].components, bytes, map))
+    if (!locate_one(file, path, H5T_NATIVE_DOUBLE, (hsize_t)nv, (hsize_t)hb_frame_fields[k].components, bytes,
+                    map))
       return false;
   }
   for (int k = 0; k < hb_series_count; k++) {
@@ -96,13 +101,16 @@ hb_status hb_layout_locate(hid_t file, const char *path, int nv, hb_layout_map *
   }
   if (H5Fget_filesize(file, &bytes) < 0 || !locate_all(file, nv, bytes, out)) {
     hb_layout_map_free(out);
-    return hb_fail(err, HB_ERR_INPUT,
-                   "%s: frames cannot be added, its data sets are not laid out as hebra %s writes them (written by "
-                   "another version, or repacked); write to another file", path, HB_VERSION);
+    return hb_fail(
+        err, HB_ERR_INPUT,
+        "%s: frames cannot be added, its data sets are not laid out as hebra %s writes them (written by "
+        "another version, or repacked); write to another file",
+        path, HB_VERSION);
   }
   return HB_OK;
 }
 
+/* Frees the tables, not the struct. */
 void hb_layout_map_free(hb_layout_map *map) {
   hb_free(map->at);
   hb_free(map->stride);
@@ -115,8 +123,8 @@ static bool set_count(hid_t file, hid_t steps, long frames) {
   return H5Awrite(steps, H5T_NATIVE_INT64, &count) >= 0 && H5Fflush(file, H5F_SCOPE_LOCAL) >= 0;
 }
 
-/* The order matters: a reader that comes in between sees one time too few in Steps/Values, which VTK tolerates, never
- * one too many. So the count goes up before the length and down after it. */
+/* The order matters: a reader that comes in between sees one time too few in Steps/Values, which VTK
+ * tolerates, never one too many. So the count goes up before the length and down after it. */
 bool hb_layout_set_frames(const hb_layout_count *count, long before, long frames) {
   hsize_t length = frames > 0 ? (hsize_t)frames : 1;
   bool good = true;
@@ -137,6 +145,7 @@ bool hb_layout_count_open(hid_t file, hb_layout_count *out) {
   return false;
 }
 
+/* Closes what is open. */
 bool hb_layout_count_close(hb_layout_count *count) {
   bool good = true;
   if (count->attribute > 0) good = H5Aclose(count->attribute) >= 0 && good;

@@ -1,10 +1,11 @@
 /* Where everything lies in a trajectory file: VTKHDF 2.0 temporal PolyData plus the group /hebra.
  *
- * Crash safety rests on one property: after creation nothing in the file moves. All data sets are laid out at full size
- * for the planned number of frames (as holes, which take no disk space), so that a frame is only raw numbers at known
- * places. What makes it valid is written last: the attribute NSteps, 8 bytes, and after it the length of Steps/Values.
- * Steps/Values is the one data set whose length follows the frames, because VTK's reader copies all of it into an array
- * of NSteps numbers; it has a single chunk that is allocated at creation, so only its length changes. */
+ * Crash safety rests on one property: after creation nothing in the file moves. All data sets are laid out at
+ * full size for the planned number of frames (as holes, which take no disk space), so that a frame is only
+ * raw numbers at known places. What makes it valid is written last: the attribute NSteps, 8 bytes, and after
+ * it the length of Steps/Values. Steps/Values is the one data set whose length follows the frames, because
+ * VTK's reader copies all of it into an array of NSteps numbers; it has a single chunk that is allocated at
+ * creation, so only its length changes. */
 #ifndef HB_OUTPUT_LAYOUT_H
 #define HB_OUTPUT_LAYOUT_H
 
@@ -22,8 +23,8 @@
 void hb_layout_field_path(const hb_frame_field *field, char *text, size_t size);
 void hb_layout_series_path(const hb_series *series, char *text, size_t size);
 
-/* Creates the file at path for capacity frames, with none in it, everything on its way to disk, and leaves it open in
- * *out. On failure no file is left. */
+/* Creates the file at path for capacity frames, with none in it, everything on its way to disk, and leaves it
+ * open in *out. On failure no file is left. */
 hb_status hb_layout_create(const char *path, const hb_model *model, long capacity, hid_t *out, hb_error *err);
 
 /* Places of the raw numbers in an open file: one entry per field, then one per series, then Steps/Values. */
@@ -33,7 +34,8 @@ typedef struct hb_layout_map {
   uint64_t *at;     /* byte where frame 0 lies */
   uint64_t *stride; /* bytes per frame */
 } hb_layout_map;
-/* Finds and checks them. HB_ERR_INPUT if the file's layout is not the one above (another version, repacked). */
+/* Finds and checks them. HB_ERR_INPUT if the file's layout is not the one above (another version, repacked).
+ */
 hb_status hb_layout_locate(hid_t file, const char *path, int nv, hb_layout_map *out, hb_error *err);
 void hb_layout_map_free(hb_layout_map *map);
 

@@ -2,6 +2,7 @@
 
 #include "base/memory.h"
 #include "output/layout.h"
+#include "output/seal.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -25,14 +26,16 @@ static hb_status read_texts(hb_reader *r, hb_error *err) {
   long long layout = 0;
   size_t one = 1, width = 0;
   if (!hb_h5_attribute_read(r->file, "hebra", "layout", &layout))
-    return hb_fail(err, HB_ERR_INPUT, "%s: is an HDF5 file but no trajectory of hebra (it has no group /hebra)",
-                   r->name);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: is an HDF5 file but no trajectory of hebra (it has no group /hebra)", r->name);
   if (!hb_h5_attribute_text(r->file, "hebra", "version", r->version, sizeof r->version))
     snprintf(r->version, sizeof r->version, "unknown");
   if (layout != HB_LAYOUT_VERSION)
-    return hb_fail(err, HB_ERR_INPUT, "%s: has layout %lld (written by hebra %s), this program reads layout %d",
-                   r->name, layout, r->version, HB_LAYOUT_VERSION);
-  hb_status status = hb_h5_strings_read(r->file, "hebra/title", r->bytes, r->name, &one, &width, &r->title, err);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: has layout %lld (written by hebra %s), this program reads layout %d", r->name, layout,
+                   r->version, HB_LAYOUT_VERSION);
+  hb_status status =
+      hb_h5_strings_read(r->file, "hebra/title", r->bytes, r->name, &one, &width, &r->title, err);
   one = 1;
   if (status == HB_OK)
     status = hb_h5_strings_read(r->file, "hebra/source", r->bytes, r->name, &one, &width, &r->source, err);
@@ -51,8 +54,8 @@ static hb_status read_column(hb_reader *r, const char *path, double *values, hb_
   good = good && hb_h5_array_read(&array, 0, array.rows, H5T_NATIVE_DOUBLE, values);
   hb_h5_array_close(&array);
   if (good) return HB_OK;
-  return hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s does not hold one number for each of the %d rods", r->name,
-                 path, r->info.rod_count);
+  return hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s does not hold one number for each of the %d rods",
+                 r->name, path, r->info.rod_count);
 }
 
 /* Whole number in a range. */
@@ -61,15 +64,17 @@ static bool whole(double value, double least, double most) {
 }
 
 /* Rods must lie one behind the other from vertex 0. */
-static hb_status check_rods(hb_reader *r, const double *first, const double *nv, const double *radius, hb_error *err) {
+static hb_status check_rods(hb_reader *r, const double *first, const double *nv, const double *radius,
+                            hb_error *err) {
   long long total = 0;
   for (int k = 0; k < r->info.rod_count; k++) {
     if (first[k] != (double)total || !whole(nv[k], 2, INT_MAX) || total + (long long)nv[k] > INT_MAX)
-      return hb_fail(err, HB_ERR_INPUT, "%s: rod %d claims %g vertices from %g on, expected at least 2 from %lld on",
-                     r->name, k, nv[k], first[k], total);
+      return hb_fail(err, HB_ERR_INPUT,
+                     "%s: rod %d claims %g vertices from %g on, expected at least 2 from %lld on", r->name, k,
+                     nv[k], first[k], total);
     if (!(radius[k] >= 0) || isinf(radius[k]))
-      return hb_fail(err, HB_ERR_INPUT, "%s: rod %d has radius %g, allowed are finite numbers from 0", r->name, k,
-                     radius[k]);
+      return hb_fail(err, HB_ERR_INPUT, "%s: rod %d has radius %g, allowed are finite numbers from 0",
+                     r->name, k, radius[k]);
     r->rods[k].first = (int)total;
     r->rods[k].nv = (int)nv[k];
     r->rods[k].radius = radius[k];
@@ -113,9 +118,9 @@ static hb_status open_field(hb_reader *r, const hb_frame_field *field, hb_h5_arr
   if (status != HB_OK) return status;
   hsize_t rows = (hsize_t)r->info.frames * (hsize_t)r->info.nv;
   if (array->rows >= rows && array->columns == (hsize_t)field->components) return HB_OK;
-  status = hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s has %llu rows of %llu, expected %llu of %d", r->name, path,
-                   (unsigned long long)array->rows, (unsigned long long)array->columns, (unsigned long long)rows,
-                   field->components);
+  status = hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s has %llu rows of %llu, expected %llu of %d",
+                   r->name, path, (unsigned long long)array->rows, (unsigned long long)array->columns,
+                   (unsigned long long)rows, field->components);
   hb_h5_array_close(array);
   return status;
 }
@@ -126,7 +131,8 @@ static hb_status read_frames(hb_reader *r, hb_error *err) {
   hb_h5_array positions;
   if (!hb_h5_attribute_read(r->file, HB_LAYOUT_STEPS, HB_LAYOUT_COUNT, &frames) || frames < 0 ||
       frames > HB_LAYOUT_MAX_FRAMES)
-    return hb_fail(err, HB_ERR_INPUT, "%s: the number of frames (attribute NSteps of /VTKHDF/Steps) is missing or wrong",
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: the number of frames (attribute NSteps of /VTKHDF/Steps) is missing or wrong",
                    r->name);
   r->info.frames = (long)frames;
   hb_status status = open_field(r, &hb_frame_fields[0], &positions, err);
@@ -152,8 +158,10 @@ hb_status hb_reader_adopt(hid_t file, const char *name, hb_reader **out, hb_erro
   if (status == HB_OK) status = read_texts(r, err);
   if (status == HB_OK) status = read_rods(r, err);
   if (status == HB_OK) status = read_frames(r, err);
-  if (status == HB_OK) *out = r;
-  else hb_reader_close(r);
+  if (status == HB_OK)
+    *out = r;
+  else
+    hb_reader_close(r);
   return status;
 }
 
@@ -165,9 +173,11 @@ static hb_status check_file(const char *path, hb_error *err) {
   if (fd < 0) return hb_fail(err, HB_ERR_IO, "%s: cannot be opened: %s", path, strerror(errno));
   ssize_t got = read(fd, head, sizeof head);
   int reason = errno;
+  bool ours = got == (ssize_t)sizeof head && memcmp(head, magic, sizeof head) == 0;
+  hb_status status = ours ? hb_seal_check(fd, path, err) : HB_OK;
   close(fd);
   if (got < 0) return hb_fail(err, HB_ERR_IO, "%s: cannot be read: %s", path, strerror(reason));
-  if (got == (ssize_t)sizeof head && memcmp(head, magic, sizeof head) == 0) return HB_OK;
+  if (ours) return status;
   return hb_fail(err, HB_ERR_INPUT, "%s: is no trajectory, expected an HDF5 file written by hebra run", path);
 }
 
@@ -182,14 +192,18 @@ hb_status hb_reader_open(const char *path, hb_reader **out, hb_error *err) {
   if (file < 0) hb_h5_reason(reason, sizeof reason);
   if (access >= 0) H5Pclose(access);
   if (file < 0)
-    status = hb_fail(err, HB_ERR_INPUT, "%s: the trajectory is damaged and cannot be opened: %s", path, reason);
-  else status = hb_reader_adopt(file, path, out, err);
+    status =
+        hb_fail(err, HB_ERR_INPUT, "%s: the trajectory is damaged and cannot be opened: %s", path, reason);
+  else
+    status = hb_reader_adopt(file, path, out, err);
   hb_h5_quiet_end(quiet);
   return status;
 }
 
+/* What was read when the file was opened. */
 const hb_trajectory_info *hb_reader_info(const hb_reader *reader) { return &reader->info; }
 
+/* The name that it was opened by. */
 const char *hb_reader_name(const hb_reader *reader) { return reader->name; }
 
 /* Rows of edge fields that hold no edge are 0, as in a measured frame. */
@@ -201,14 +215,15 @@ static void clear_unused(const hb_reader *r, int components, double *out) {
 }
 
 /* One field of one frame. */
-static hb_status read_field(hb_reader *r, const hb_frame_field *field, long frame, double *out, hb_error *err) {
+static hb_status read_field(hb_reader *r, const hb_frame_field *field, long frame, double *out,
+                            hb_error *err) {
   hb_h5_array array;
   hb_status status = open_field(r, field, &array, err);
   if (status != HB_OK) return status;
   hsize_t nv = (hsize_t)r->info.nv;
   if (!hb_h5_array_read(&array, (hsize_t)frame * nv, nv, H5T_NATIVE_DOUBLE, out))
-    status = hb_fail(err, HB_ERR_INPUT, "%s: %s of frame %ld cannot be read, the file is damaged", r->name, field->name,
-                     frame);
+    status = hb_fail(err, HB_ERR_INPUT, "%s: %s of frame %ld cannot be read, the file is damaged", r->name,
+                     field->name, frame);
   hb_h5_array_close(&array);
   if (status == HB_OK && field->location == HB_ON_EDGE) clear_unused(r, field->components, out);
   return status;
@@ -219,10 +234,11 @@ hb_status hb_reader_field(hb_reader *r, const char *name, long frame, double *ou
   const hb_frame_field *field = NULL;
   for (int k = 0; k < hb_frame_field_count && !field; k++)
     if (strcmp(hb_frame_fields[k].name, name) == 0) field = &hb_frame_fields[k];
-  if (!field) return hb_fail(err, HB_ERR_INPUT, "%s: there is no field \"%s\" in a trajectory", r->name, name);
+  if (!field)
+    return hb_fail(err, HB_ERR_INPUT, "%s: there is no field \"%s\" in a trajectory", r->name, name);
   if (frame < 0 || frame >= r->info.frames)
-    return hb_fail(err, HB_ERR_INPUT, "%s: there is no frame %ld, the trajectory holds %ld frames from 0 on", r->name,
-                   frame, r->info.frames);
+    return hb_fail(err, HB_ERR_INPUT, "%s: there is no frame %ld, the trajectory holds %ld frames from 0 on",
+                   r->name, frame, r->info.frames);
   hb_h5_quiet quiet = hb_h5_quiet_begin();
   hb_status status = read_field(r, field, frame, out, err);
   hb_h5_quiet_end(quiet);
@@ -236,10 +252,12 @@ static hb_status read_series(hb_reader *r, const hb_series *series, double *out,
   hb_layout_series_path(series, path, sizeof path);
   hb_status status = hb_h5_array_open(r->file, path, r->bytes, r->name, &array, err);
   if (status != HB_OK) return status;
-  bool good = array.columns == 1 && hb_h5_array_read(&array, 0, (hsize_t)r->info.frames, H5T_NATIVE_DOUBLE, out);
+  bool good =
+      array.columns == 1 && hb_h5_array_read(&array, 0, (hsize_t)r->info.frames, H5T_NATIVE_DOUBLE, out);
   if (!good)
-    status = hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s does not hold a number for each of the %ld frames",
-                     r->name, path, r->info.frames);
+    status =
+        hb_fail(err, HB_ERR_INPUT, "%s: the data set /%s does not hold a number for each of the %ld frames",
+                r->name, path, r->info.frames);
   hb_h5_array_close(&array);
   return status;
 }
@@ -249,13 +267,15 @@ hb_status hb_reader_series(hb_reader *r, const char *name, double *out, hb_error
   const hb_series *series = NULL;
   for (int k = 0; k < hb_series_count && !series; k++)
     if (strcmp(hb_series_table[k].name, name) == 0) series = &hb_series_table[k];
-  if (!series) return hb_fail(err, HB_ERR_INPUT, "%s: there is no series \"%s\" in a trajectory", r->name, name);
+  if (!series)
+    return hb_fail(err, HB_ERR_INPUT, "%s: there is no series \"%s\" in a trajectory", r->name, name);
   hb_h5_quiet quiet = hb_h5_quiet_begin();
   hb_status status = read_series(r, series, out, err);
   hb_h5_quiet_end(quiet);
   return status;
 }
 
+/* Closes the file and frees everything. */
 void hb_reader_close(hb_reader *r) {
   if (!r) return;
   hb_h5_quiet quiet = hb_h5_quiet_begin();

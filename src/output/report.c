@@ -101,9 +101,10 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
     hb_json_number(json, "length", rod->length);
     hb_json_number(json, "mass", mass);
     hb_json_number(json, "radius", model->def->rods[r].radius);
-    hb_json_text(json, "twist_method", rod->twist_free    ? "none: free to untwist"
-                                       : rod->closed_form ? "closed form"
-                                                          : "Newton");
+    hb_json_text(json, "twist_method",
+                 rod->twist_free    ? "none: free to untwist"
+                 : rod->closed_form ? "closed form"
+                                    : "Newton");
     hb_json_number(json, "kinetic", energy[0]);
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
@@ -154,7 +155,8 @@ static void warnings(hb_json *json, const hb_sim *sim) {
                       scalar[HB_S_FOLDS]);
     if (rod >= 0 && at > 0 && (size_t)at < sizeof text)
       snprintf(text + at, sizeof text - (size_t)at, ", last at vertex %.0f of rod %.80s",
-               scalar[HB_S_FOLD_SLOT] - model->rods[rod].first, model->rods[rod].name ? model->rods[rod].name : "");
+               scalar[HB_S_FOLD_SLOT] - model->rods[rod].first,
+               model->rods[rod].name ? model->rods[rod].name : "");
     hb_json_text(json, NULL, text);
   }
   hb_json_array_end(json);

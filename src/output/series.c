@@ -1,10 +1,12 @@
 #include "output/series.h"
 
-#define ROW(name, unit, text) {#name, unit, text, offsetof(hb_frame, name), false}
-#define VECTOR(name, unit, text)                                                                              \
-  {#name "_x", unit, "x component of the " text, offsetof(hb_frame, name), false},                            \
-      {#name "_y", unit, "y component of the " text, offsetof(hb_frame, name) + sizeof(double), false},       \
-      {#name "_z", unit, "z component of the " text, offsetof(hb_frame, name) + 2 * sizeof(double), false}
+#define ROW(name, unit, text)                                                                                \
+  { #name, unit, text, offsetof(hb_frame, name), false }
+#define VECTOR(name, unit, text)                                                                             \
+  {#name "_x", unit, "x component of the " text, offsetof(hb_frame, name), false},                           \
+      {#name "_y", unit, "y component of the " text, offsetof(hb_frame, name) + sizeof(double), false}, {    \
+#name "_z", unit, "z component of the " text, offsetof(hb_frame, name) + 2 * sizeof(double), false       \
+  }
 
 const hb_series hb_series_table[] = {
     ROW(time, "time", "time of the frame"),

@@ -39,7 +39,8 @@ static hb_status attach(hb_writer *w, hid_t file, hb_error *err) {
   w->file = file;
   hb_status status = hb_layout_locate(file, w->path, w->model->nv, &w->map, err);
   if (status != HB_OK) return status;
-  if (!hb_layout_count_open(file, &w->count) || H5Fget_vfd_handle(file, H5P_DEFAULT, (void **)&descriptor) < 0 || !descriptor)
+  if (!hb_layout_count_open(file, &w->count) ||
+      H5Fget_vfd_handle(file, H5P_DEFAULT, (void **)&descriptor) < 0 || !descriptor)
     return hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be opened for writing", w->path);
   w->fd = *descriptor;
   w->scratch = hb_alloc((size_t)w->model->nv * 4, sizeof *w->scratch);
@@ -87,8 +88,8 @@ static bool get(int fd, void *data, size_t size, uint64_t at) {
 }
 
 /* A new file with the first `keep` frames of `from` (NULL: none), put in place once it is sound. */
-static hb_status make(const char *path, const hb_model *model, long capacity, const hb_writer *from, long keep,
-                      hb_writer **out, hb_error *err) {
+static hb_status make(const char *path, const hb_model *model, long capacity, const hb_writer *from,
+                      long keep, hb_writer **out, hb_error *err) {
   enum { BLOCK = 1 << 16 };
   char *temporary = hb_file_temporary(path), *block = hb_alloc(BLOCK, 1);
   hb_writer *w = blank(path, model);
@@ -101,7 +102,8 @@ static hb_status make(const char *path, const hb_model *model, long capacity, co
     uint64_t left = (uint64_t)keep * w->map.stride[k], done = 0;
     while (good && done < left) {
       size_t size = left - done < BLOCK ? (size_t)(left - done) : BLOCK;
-      good = get(from->fd, block, size, from->map.at[k] + done) && put(w->fd, block, size, w->map.at[k] + done);
+      good =
+          get(from->fd, block, size, from->map.at[k] + done) && put(w->fd, block, size, w->map.at[k] + done);
       done += size;
     }
   }
@@ -125,12 +127,13 @@ static hb_status make(const char *path, const hb_model *model, long capacity, co
 /* The plan must be a number of frames that the file format takes. */
 static hb_status check_plan(const char *path, long frame_count, hb_error *err) {
   if (frame_count >= 1 && frame_count <= HB_LAYOUT_MAX_FRAMES) return HB_OK;
-  return hb_fail(err, HB_ERR_INPUT, "%s: a trajectory of %ld frames was asked for, allowed are 1 to %ld", path,
-                 frame_count, HB_LAYOUT_MAX_FRAMES);
+  return hb_fail(err, HB_ERR_INPUT, "%s: a trajectory of %ld frames was asked for, allowed are 1 to %ld",
+                 path, frame_count, HB_LAYOUT_MAX_FRAMES);
 }
 
 /* Creates. */
-hb_status hb_writer_create(const char *path, const hb_model *model, long frame_count, hb_writer **out, hb_error *err) {
+hb_status hb_writer_create(const char *path, const hb_model *model, long frame_count, hb_writer **out,
+                           hb_error *err) {
   *out = NULL;
   hb_status status = check_plan(path, frame_count, err);
   if (status != HB_OK) return status;
@@ -148,13 +151,14 @@ static hb_status check_same(const char *path, const hb_model *model, long keep, 
   if (status != HB_OK) return status;
   const hb_trajectory_info *info = hb_reader_info(reader);
   if (info->rod_count != model->rod_count || info->nv != model->nv)
-    status = hb_fail(err, HB_ERR_INPUT, "%s: holds %d rods with %d vertices in all, the scene has %d with %d", path,
-                     info->rod_count, info->nv, model->rod_count, model->nv);
+    status = hb_fail(err, HB_ERR_INPUT, "%s: holds %d rods with %d vertices in all, the scene has %d with %d",
+                     path, info->rod_count, info->nv, model->rod_count, model->nv);
   for (int r = 0; status == HB_OK && r < info->rod_count; r++) {
     const char *name = model->rods[r].name ? model->rods[r].name : "";
     if (info->rods[r].nv != model->rods[r].nv || strcmp(info->rods[r].name, name) != 0)
-      status = hb_fail(err, HB_ERR_INPUT, "%s: its rod %d is \"%s\" with %d vertices, that of the scene is \"%s\" with %d",
-                       path, r, info->rods[r].name, info->rods[r].nv, name, model->rods[r].nv);
+      status = hb_fail(err, HB_ERR_INPUT,
+                       "%s: its rod %d is \"%s\" with %d vertices, that of the scene is \"%s\" with %d", path,
+                       r, info->rods[r].name, info->rods[r].nv, name, model->rods[r].nv);
   }
   if (status == HB_OK && (keep < 0 || keep > info->frames))
     status = hb_fail(err, HB_ERR_INPUT, "%s: cannot go on after frame %ld, it holds %ld frames", path, keep,
@@ -180,9 +184,10 @@ static hb_status go_on(const char *path, const hb_model *model, long frame_count
     drop(w);
     return status;
   }
-  /* Shortening Steps/Values loads its chunk into HDF5's cache, which must be gone before raw numbers go there. */
-  if (status == HB_OK && (!hb_layout_set_frames(&w->count, LONG_MAX, keep) || !hb_layout_count_close(&w->count) ||
-                          !hb_layout_count_open(file, &w->count)))
+  /* Shortening Steps/Values loads its chunk into HDF5's cache, which must be gone before raw numbers go
+   * there. */
+  if (status == HB_OK && (!hb_layout_set_frames(&w->count, LONG_MAX, keep) ||
+                          !hb_layout_count_close(&w->count) || !hb_layout_count_open(file, &w->count)))
     status = hb_fail(err, HB_ERR_IO, "%s: the number of frames cannot be set", path);
   if (status == HB_OK) {
     w->frames = keep;
@@ -194,8 +199,8 @@ static hb_status go_on(const char *path, const hb_model *model, long frame_count
 }
 
 /* Restart. */
-hb_status hb_writer_continue(const char *path, const hb_model *model, long frame_count, long keep, hb_writer **out,
-                             hb_error *err) {
+hb_status hb_writer_continue(const char *path, const hb_model *model, long frame_count, long keep,
+                             hb_writer **out, hb_error *err) {
   *out = NULL;
   hb_status status = check_plan(path, frame_count, err);
   if (status == HB_OK) status = check_same(path, model, keep, err);
@@ -227,7 +232,8 @@ static bool put_frame(hb_writer *w, const hb_frame *frame) {
   for (int k = 0; good && k < hb_frame_field_count; k++, entry++) {
     const double *values = NULL;
     memcpy(&values, bytes + hb_frame_fields[k].offset, sizeof values);
-    if (hb_frame_fields[k].location == HB_ON_EDGE) values = edge_rows(w, values, hb_frame_fields[k].components);
+    if (hb_frame_fields[k].location == HB_ON_EDGE)
+      values = edge_rows(w, values, hb_frame_fields[k].components);
     good = put(w->fd, values, (size_t)w->map.stride[entry], w->map.at[entry] + n * w->map.stride[entry]);
   }
   for (int k = 0; good && k < hb_series_count; k++, entry++) {
@@ -247,8 +253,8 @@ static bool put_frame(hb_writer *w, const hb_frame *frame) {
 /* Adds a frame. */
 hb_status hb_writer_add(hb_writer *w, const hb_frame *frame, hb_error *err) {
   if (w->frames >= w->map.capacity)
-    return hb_fail(err, HB_ERR_INPUT, "%s: frame %ld does not fit, the trajectory was planned for %ld frames", w->path,
-                   w->frames, w->map.capacity);
+    return hb_fail(err, HB_ERR_INPUT, "%s: frame %ld does not fit, the trajectory was planned for %ld frames",
+                   w->path, w->frames, w->map.capacity);
   errno = 0;
   if (!put_frame(w, frame))
     return hb_fail(err, HB_ERR_IO, "%s: frame %ld cannot be written: %s", w->path, w->frames,

@@ -100,14 +100,14 @@ static void sort_plane(hb_occlusion *o) {
 
 /* The plane across the light: limits, cells, blockers in them. */
 static bool make_plane(hb_occlusion *o, const hb_strands *s) {
-  double lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
+  double lo[2] = {0, 0}, hi[2] = {0, 0};
   for (int i = 0; i < o->blocker_count; i++)
     for (int end = 0; end < 2; end++) {
       hb_v3 p = hb_v3_axpy(o->blocker[i].a, end, o->blocker[i].ab);
       double q[2] = {hb_v3_dot(p, o->e1), hb_v3_dot(p, o->e2)};
       for (int k = 0; k < 2; k++) {
-        lo[k] = fmin(lo[k], q[k]);
-        hi[k] = fmax(hi[k], q[k]);
+        lo[k] = i + end > 0 ? fmin(lo[k], q[k]) : q[k];
+        hi[k] = i + end > 0 ? fmax(hi[k], q[k]) : q[k];
       }
     }
   double margin = s->radius + o->most_soft, extent = fmax(hi[0] - lo[0], hi[1] - lo[1]) + 2 * margin;
@@ -243,7 +243,9 @@ static void fill_tables(hb_occlusion *o, const hb_strands *s) {
       size_t k = (size_t)i * HB_AROUND + (size_t)a;
       double taken = sky_taken(o, p, n, near, count);
       o->sky[k] = (float)(1 / (1 + 1.8 * taken));
-      o->sun[k] = hb_v3_dot(n, o->key) > -0.2 ? (float)hb_occlusion_sun(o, p, radius) : 0.0f;
+      /* a step away from the surface, or the soft edge of its own shadow would darken it */
+      hb_v3 above = hb_v3_axpy(p, o->least_soft, n);
+      o->sun[k] = hb_v3_dot(n, o->key) > -0.2 ? (float)hb_occlusion_sun(o, above, radius) : 0.0f;
     }
   }
 }

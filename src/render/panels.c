@@ -330,8 +330,9 @@ static hb_status draw_end(const sheet *s, hb_rect area, hb_error *err) {
 hb_status hb_render_views(hb_image *image, const hb_tube *tubes, int count, const hb_views *views, double time,
                           const char *title, hb_error *err) {
   sheet s = {.image = image, .tubes = tubes, .count = count, .views = views};
-  s.scale = image->height / 360 > 1 ? image->height / 360 : 1;
-  if (image->width / 640 < s.scale) s.scale = image->width / 640 > 1 ? image->width / 640 : 1;
+  int by_height = (image->height + 200) / 360, by_width = image->width / 480;
+  s.scale = by_height < by_width ? by_height : by_width;
+  if (s.scale < 1) s.scale = 1;
   make_ranges(&s);
   hb_image_fill(image, page_color);
   int margin = 5 * s.scale, top = header(&s, time, title, margin);
@@ -351,7 +352,7 @@ hb_status hb_render_three_views(hb_image *image, const hb_tube *tubes, int count
   hb_views views;
   hb_views_start(&views);
   hb_views_add(&views, tubes, count);
-  hb_views_aim(&views);
+  (void)hb_views_aim(&views);
   const double box[6] = {lo[0], lo[1], lo[2], hi[0], hi[1], hi[2]};
   for (int corner = 0; corner < 8; corner++) {
     const double p[3] = {box[corner & 1 ? 3 : 0], box[corner & 2 ? 4 : 1], box[corner & 4 ? 5 : 2]};

@@ -34,7 +34,8 @@ static bool prepare(const hb_strands *s, int i, const hb_lens *lens, hb_piece *p
   const hb_node *a = &s->node[i], *b = &s->node[i + 1];
   double radius = s->look[a->tube].radius, near = fmin(a->p.z, b->p.z) - radius;
   if (near <= lens->near) return false;
-  *p = (hb_piece){.a = a->p, .ab = hb_v3_sub(b->p, a->p), .radius = radius, .node = i, .za = a->p.z};
+  *p = (hb_piece){.a = a->p, .ab = hb_v3_sub(b->p, a->p), .radius = radius, .za = a->p.z,
+                  .arc = a->arc, .node = i, .strand = a->strand};
   p->bb = hb_v3_dot(p->ab, p->ab);
   p->zd = p->ab.z;
   double end[2];
@@ -185,11 +186,18 @@ static inline double smooth(double x) {
 }
 
 /* Darkens a sample that lies well behind the piece's axis and near its edge on the screen. */
-static inline void test_halo(hb_tile *tile, int k, const hb_piece *p, double x, double y) {
+static inline void test_halo(const brush *b, int k, const hb_piece *p, double x, double y) {
+  hb_tile *tile = b->tile;
   double behind = (tile->depth[k] - p->front) / p->radius - 2.4;
   if (!(behind > 0) || tile->piece[k] < 0) return;
   x -= p->pa[0];
   y -= p->pa[1];
+  const hb_piece *own = &b->all->piece[tile->piece[k]];
+  if (own->strand == p->strand) { /* a tube that leads away from the eye is not in front of itself */
+    double way = fabs(own->arc - p->arc) / p->radius;
+    behind = fmin(behind, 0.5 * (way - 1.5 * behind) - 4);
+    if (!(behind > 0)) return;
+  }
   double s = p->pp > 0 ? (x * p->pd[0] + y * p->pd[1]) / p->pp : 0;
   s = s < 0 ? 0 : s > 1 ? 1 : s;
   double ex = x - s * p->pd[0], ey = y - s * p->pd[1], dd = ex * ex + ey * ey;
@@ -205,7 +213,7 @@ static inline void test_sample(const brush *b, int index, int i, int j) {
   double y = b->corner[1] + j / HB_FINE + hb_sample_y(i % HB_FINE, j % HB_FINE);
   int k = j * HB_TILE_SIDE + i;
   if (b->pass == HALO) {
-    test_halo(b->tile, k, p, x, y);
+    test_halo(b, k, p, x, y);
     return;
   }
   if (b->tile->depth[k] <= p->front) return;

@@ -18,7 +18,8 @@ typedef struct hb_piece {
   double slack[2];        /* pixels that its surface can reach before its start and beyond its end */
   double za, zd;          /* depth of the axis: start, way */
   double front;           /* nothing of it is nearer than this */
-  int node;
+  double arc;             /* along its strand */
+  int node, strand;
 } hb_piece;
 
 typedef struct hb_pieces {

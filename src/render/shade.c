@@ -75,6 +75,13 @@ static void meet(const hb_shading *sh, int index, double t, const double at[2], 
   const hb_occlusion *o = sh->occlusion;
   out->sky = (1 - s) * around(o->sky, piece->node, pa) + s * around(o->sky, piece->node + 1, pb);
   out->sun = (1 - s) * around(o->sun, piece->node, pa) + s * around(o->sun, piece->node + 1, pb);
+  /* The tables hold for the sides; round ends see more of the sky, and of the lamp where they face it. */
+  double end = fabs(hb_v3_dot(out->n, a->t));
+  if (end > 0.1) {
+    end = fmin(end * 1.5, 1);
+    out->sky += end * (1 - out->sky);
+    out->sun += end * (1 - out->sun);
+  }
   out->stripe = 0;
   hb_v3 m = hb_v3_axpy(hb_v3_scale(1 - s, a->m), s, b->m);
   double mm = hb_v3_norm(m);

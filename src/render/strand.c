@@ -127,9 +127,12 @@ static void append(hb_strands *s, hb_node node, double least) {
     if (!node.last && hb_v3_norm(hb_v3_sub(node.p, before->p)) < least) return;
     if (!(hb_v3_norm(node.t) > 0.5)) node.t = before->t;
     node.u = hb_project_normal(hb_transport(before->u, before->t, node.t), node.t);
+    node.arc = before->arc + hb_v3_norm(hb_v3_sub(node.p, before->p));
+    node.strand = before->strand;
   } else {
     if (!(hb_v3_norm(node.t) > 0.5)) node.t = (hb_v3){1, 0, 0};
     node.u = hb_any_normal(node.t);
+    node.strand = s->count;
   }
   s->node[s->count++] = node;
 }

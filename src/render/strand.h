@@ -9,7 +9,8 @@ typedef struct hb_node {
   hb_v3 p, t;   /* place and unit tangent */
   hb_v3 u;      /* unit normal, carried along the tube without twist: angles around the tube count from it */
   hb_v3 m;      /* first director; zero: no stripe here */
-  int tube;
+  double arc;   /* length along the strand */
+  int tube, strand;
   bool first, last; /* of its strand; a piece goes from every node but the last to the next one */
 } hb_node;
 

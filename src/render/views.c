@@ -44,12 +44,12 @@ void hb_views_add(hb_views *v, const hb_tube *tubes, int count) {
 }
 
 /* Principal direction of a symmetric 2 x 2 matrix a b; b c, by square roots alone. Coordinate axes where the points
- * show no direction; exactly a coordinate axis where they nearly lie along it. */
-static void principal(double a, double b, double c, double out[2]) {
+ * show no direction (false); exactly a coordinate axis where they nearly lie along it. */
+static bool principal(double a, double b, double c, double out[2]) {
   double half = 0.5 * (a - c), root = sqrt(half * half + b * b), mean = 0.5 * (a + c);
   out[0] = 1;
   out[1] = 0;
-  if (!(root > 0.12 * mean)) return; /* round: no direction */
+  if (!(root > 0.12 * mean)) return false; /* round, or nothing */
   double cos2 = half / root, x = sqrt(fmax(0, 0.5 * (1 + cos2))), y = sqrt(fmax(0, 0.5 * (1 - cos2)));
   out[0] = x;
   out[1] = b < 0 ? -y : y;
@@ -59,15 +59,16 @@ static void principal(double a, double b, double c, double out[2]) {
     out[0] = 0.7071067811865476;
     out[1] = out[1] < 0 ? -out[0] : out[0];
   }
+  return true;
 }
 
 /* Directions from the sums. */
-void hb_views_aim(hb_views *v) {
+bool hb_views_aim(hb_views *v) {
   double n = v->sums[7], axis[2];
-  if (!(n > 0)) return;
+  if (!(n > 0)) return false;
   double mx = v->sums[0] / n, my = v->sums[1] / n, mz = v->sums[2] / n;
   double xx = v->sums[3] / n - mx * mx, yy = v->sums[4] / n - my * my, zz = v->sums[5] / n - mz * mz;
-  principal(xx, v->sums[6] / n - mx * my, yy, axis);
+  bool found = principal(xx, v->sums[6] / n - mx * my, yy, axis);
   v->along[0] = axis[0];
   v->along[1] = axis[1];
   v->along[2] = 0;
@@ -76,6 +77,7 @@ void hb_views_aim(hb_views *v) {
   v->across[1] = -sign * axis[0];
   v->across[2] = 0;
   v->upright = zz > 2 * (xx + yy);
+  return found;
 }
 
 /* Extents in the directions chosen. */

@@ -1,25 +1,25 @@
-/* One rod at one moment: geometry, frames, twist, force - the order in which the theory builds them. */
+/* One rod at one moment, in the order in which the theory builds it: geometry, frames, twist; then the force. */
 #include "rod/rod.h"
 
 #include "math/rotation.h"
 
-/* Force on all vertices at the state's positions. */
-hb_status hb_rod_evaluate(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work, double t,
-                          double h, hb_error *err) {
+/* Everything up to the twist in equilibrium. */
+hb_status hb_rod_settle(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work, double t,
+                        double h, hb_error *err) {
   if (!hb_rod_geometry(rod, state->x, work))
     return hb_fail(err, HB_ERR_NUMERIC, "rod %s: a vertex position is not finite, or an edge has length zero", rod->name);
   hb_frames_hold(model, rod, state, work, t);
-  if (rod->closed_form) {
-    if (!rod->twist_free) hb_twist_closed(model, rod, state, work);
-    hb_elastic_closed(model, rod, state, work, state->force);
-  } else {
-    hb_status status = hb_twist_newton(model, rod, state, work, h, err);
-    if (status) return status;
-    hb_elastic_general(model, rod, state, work, state->force);
-  }
+  if (!rod->closed_form) return hb_twist_newton(model, rod, state, work, h, err);
+  if (!rod->twist_free) hb_twist_closed(model, rod, state, work);
+  return HB_OK;
+}
+
+/* Bending and twisting force on all vertices, torques on prescribed frames. */
+void hb_rod_force(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work) {
+  if (rod->closed_form) hb_elastic_closed(model, rod, state, work, state->force);
+  else hb_elastic_general(model, rod, state, work, state->force);
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
     state->frame_torque[k] = hb_rod_frame_torque(model, rod, state, work, k);
-  return HB_OK;
 }
 
 /* dE/dtheta of a prescribed edge: what its support must hold. */

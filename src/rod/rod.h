@@ -75,10 +75,13 @@ void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state
 /* Shifts the history of material curvatures by one step; returns the energy dissipated over the step h. */
 double hb_elastic_commit(const hb_model *model, const hb_rod *rod, hb_state *state, const hb_rod_work *work, double h);
 
-/* evaluate.c: geometry, frames, twist and elastic force of one rod at time t into state->force. h as above. */
-hb_status hb_rod_evaluate(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work, double t,
-                          double h, hb_error *err);
-/* Torque of the support on prescribed frame k, after hb_rod_evaluate. */
+/* evaluate.c */
+/* Geometry, prescribed frames and quasi-static twist of one rod at time t and the state's positions. h as above. */
+hb_status hb_rod_settle(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work, double t,
+                        double h, hb_error *err);
+/* After that: its elastic force into state->force, torques of supports into state->frame_torque. */
+void hb_rod_force(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work);
+/* Torque of the support on prescribed frame k, after hb_rod_settle and, for general rods, before the next look at the twist. */
 double hb_rod_frame_torque(const hb_model *model, const hb_rod *rod, const hb_state *state, const hb_rod_work *work,
                            int frame);
 

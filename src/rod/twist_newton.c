@@ -13,6 +13,8 @@
 
 /* Turns longer than this are shortened: Newton's model of a cosine is no good beyond. */
 #define LONGEST_TURN 1.0
+/* A gradient below this part of the terms that it is made of is round-off. */
+#define ROUND_OFF (64 * DBL_EPSILON)
 
 /* A start may be far away, and each iteration goes at most LONGEST_TURN: so many times the iterations of a step. */
 #define START_FACTOR 100
@@ -86,30 +88,33 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
       continue;
     }
     if (off != 0) {
-      double ratio = off / w->pivot[j - 1];
+      double ratio = off * w->pivot[j - 1];
       pivot -= ratio * off;
       right -= ratio * w->delta[j - 1];
     }
     if (!(pivot > 1e-13 * whole) || pivot == 0) return false;
-    w->pivot[j] = pivot;
+    w->pivot[j] = 1 / pivot;
     w->delta[j] = right;
   }
   for (int j = ne - 1; j >= 0; j--) {
     if (w->held[j]) continue;
     double next = j + 1 < ne && !w->held[j + 1] ? w->off_diagonal[j + 1] * w->delta[j + 1] : 0;
-    w->delta[j] = (w->delta[j] - next) / w->pivot[j];
+    w->delta[j] = (w->delta[j] - next) * w->pivot[j];
   }
   return true;
 }
 
-/* A descent direction: Newton's if the Hessian is positive definite, else with its negative parts cut off. Shortened to
- * LONGEST_TURN. Returns the slope gradient . delta. */
+/* A descent direction: Newton's if the Hessian is positive definite, else with as little added to its diagonal as makes
+ * it so (the direction of negative curvature then goes furthest: where a minimum has just vanished, the way out is not
+ * crept along), else with its negative parts cut off. Shortened to LONGEST_TURN. Returns the slope gradient . delta. */
 static double find_direction(const hb_rod *rod, hb_rod_work *w) {
   int ne = rod->nv - 1;
-  bool found = solve_turns(rod, w, false, 0) || solve_turns(rod, w, true, 0);
-  double largest = 0, shift = 0;
+  bool found = solve_turns(rod, w, false, 0);
+  double largest = 0;
   for (int j = 0; j < ne; j++) largest = fmax(largest, w->diagonal[j] + fabs(w->bending_diagonal[j]));
-  for (shift = 1e-10 * largest; !found && shift < 1e3 * largest; shift *= 100) found = solve_turns(rod, w, true, shift);
+  for (double shift = 1e-10; !found && shift < 4; shift *= shift < 1e-6 ? 100 : 4)
+    found = solve_turns(rod, w, false, shift * largest);
+  if (!found) found = solve_turns(rod, w, true, 1e-10 * largest);
   if (!found) memset(w->delta, 0, (size_t)ne * sizeof(double));
   double longest = 0, slope = 0;
   for (int j = 0; j < ne; j++) longest = fmax(longest, fabs(w->delta[j]));
@@ -138,7 +143,7 @@ static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state,
   double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
   hb_look now = look_at(m, rod, w, m1, twist);
   for (int k = 0;; k++) {
-    if (now.residual <= 16 * DBL_EPSILON * now.scale) break;
+    if (now.residual <= ROUND_OFF * now.scale) break;
     if (k >= limit || !isfinite(now.energy))
       return hb_fail(err, HB_ERR_NUMERIC,
                      "rod %s: the quasi-static twist did not converge in %d Newton iterations (largest dE/dtheta %.3g, "
@@ -160,6 +165,7 @@ static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state,
     }
     memcpy(m1, w->trial_m1, 3 * (size_t)(rod->nv - 1) * sizeof(double));
     memcpy(twist, w->trial_twist, (size_t)(rod->nv - 1) * sizeof(double));
+    for (int j = 0; j + 1 < rod->nv; j++) state->spin[rod->first + j] += part * w->delta[j];
     now = next;
     if (stuck) break;
   }
@@ -195,6 +201,16 @@ static void set_targets(const hb_model *m, const hb_rod *rod, const hb_state *st
     }
 }
 
+/* A carried frame turned once more by what it turned in the last step: first guess of this step, off by the square of
+ * the step only. Long turns are not guesses any more and are dropped. */
+static hb_v3 spin_on(hb_v3 d, hb_v3 t, double *spin) {
+  double s, c;
+  if (!(fabs(*spin) < 0.5)) *spin = 0;
+  hb_small_sincos(*spin, &s, &c);
+  hb_v3 n = hb_v3_cross(t, d);
+  return (hb_v3){c * d.x + s * n.x, c * d.y + s * n.y, c * d.z + s * n.z};
+}
+
 /* Frames to the new tangents; twists measured anew, their windings from the last step. */
 static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w) {
   int o = rod->first, ne = rod->nv - 1;
@@ -202,9 +218,15 @@ static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, 
   for (int j = 0; j < ne; j++) {
     hb_v3 t = hb_v3_load(w->tangent + 3 * j), d;
     int frame = m->frame_of[o + j];
-    double turned = frame >= 0 ? w->frame_turned[frame] : 0;
-    if (frame >= 0) d = hb_v3_load(w->frame_now + 3 * frame);
-    else d = hb_carry(hb_v3_load(state->m1 + 3 * (o + j)), hb_v3_load(state->tangent + 3 * (o + j)), t);
+    double turned;
+    if (frame >= 0) {
+      d = hb_v3_load(w->frame_now + 3 * frame);
+      turned = w->frame_turned[frame];
+    } else {
+      d = hb_carry(hb_v3_load(state->m1 + 3 * (o + j)), hb_v3_load(state->tangent + 3 * (o + j)), t);
+      d = spin_on(d, t, &state->spin[o + j]);
+      turned = state->spin[o + j];
+    }
     hb_v3_store(state->m1 + 3 * (o + j), d);
     hb_v3_store(state->tangent + 3 * (o + j), t);
     w->held[j] = frame >= 0;
@@ -247,6 +269,7 @@ hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, 
   hb_status status = minimise(m, rod, state, w, START_FACTOR * m->def->method.max_twist_iterations, err);
   for (int j = 0; j + 1 < rod->nv; j++) {
     int frame = m->frame_of[rod->first + j];
+    state->spin[rod->first + j] = 0; /* the way to the first minimum is no motion */
     if (frame >= 0 && !w->held[j])
       memcpy(state->frame_m1 + 3 * frame, state->m1 + 3 * (rod->first + j), 3 * sizeof(double));
   }

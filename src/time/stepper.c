@@ -159,9 +159,11 @@ static const double *follower_frames(hb_stepper *s, const hb_rod *rod) {
 hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const double *v, double h, hb_error *err) {
   hb_state *state = s->state;
   hb_stepper_begin(s);
-  hb_status status = hb_rod_evaluate(s->model, rod, state, &s->rod_work, t, h, err);
-  hb_stepper_end(s, HB_STAGE_ELASTIC);
+  hb_status status = hb_rod_settle(s->model, rod, state, &s->rod_work, t, h, err);
   if (status) return status;
+  hb_stepper_end(s, HB_STAGE_TWIST);
+  hb_rod_force(s->model, rod, state, &s->rod_work);
+  hb_stepper_end(s, HB_STAGE_ELASTIC);
   if (!(s->rod_work.lowest_chi > HB_FOLD_LIMIT)) {
     state->scalar[HB_S_FOLDS]++;
     state->scalar[HB_S_FOLD_SLOT] = rod->first + hb_rod_find_fold(rod, &s->rod_work);

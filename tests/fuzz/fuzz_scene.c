@@ -58,8 +58,9 @@ static void read_again(const hb_scene_def *def) {
   hb_scene_def_free(&again);
 }
 
-/* One input. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+/* One input: read, compile, read again from the kept text. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   char overrides[OVERRIDES][OVERRIDE_LENGTH];
   const char *list[OVERRIDES];

@@ -1,9 +1,10 @@
 /* Fuzzes the reader of trajectories.
  *
- * libhdf5 1.10 itself can be crashed by files with damaged inner structures, which no program above it can prevent; what
- * is fuzzed here is everything that a sound HDF5 file can say wrongly to the reader. The input is a list of changes to a
- * valid trajectory: objects and attributes are removed, replaced by others of any kind, type and extent, linked
- * elsewhere, or their numbers are overwritten. The changed file is opened and everything in it is asked for.
+ * libhdf5 1.10 itself can be crashed by files with damaged inner structures, which no program above it can
+ * prevent; what is fuzzed here is everything that a sound HDF5 file can say wrongly to the reader. The input
+ * is a list of changes to a valid trajectory: objects and attributes are removed, replaced by others of any
+ * kind, type and extent, linked elsewhere, or their numbers are overwritten. The changed file is opened and
+ * everything in it is asked for.
  *
  * Input: records of 12 bytes: object, action, type, rank, and 8 bytes of value or extents. */
 #include "support/handmade.h"
@@ -20,10 +21,10 @@ enum { RECORD = 12, FRAMES = 3, IMAGE_ROOM = 1 << 18 };
 
 /* What can be changed besides fields and series. An attribute stands behind '@'. */
 static const char *const objects[] = {
-    "hebra",           "hebra@layout",     "hebra@version",    "hebra/title",        "hebra/source",
-    "hebra/rods",      "hebra/rods/name",  "hebra/rods/first", "hebra/rods/nv",      "hebra/rods/radius",
-    "hebra/series",    "VTKHDF",           "VTKHDF/Steps",     "VTKHDF/Steps@NSteps", "VTKHDF/PointData",
-    "VTKHDF/Steps/Values"};
+    "hebra",         "hebra@layout",        "hebra@version",    "hebra/title",
+    "hebra/source",  "hebra/rods",          "hebra/rods/name",  "hebra/rods/first",
+    "hebra/rods/nv", "hebra/rods/radius",   "hebra/series",     "VTKHDF",
+    "VTKHDF/Steps",  "VTKHDF/Steps@NSteps", "VTKHDF/PointData", "VTKHDF/Steps/Values"};
 enum { OBJECTS = sizeof objects / sizeof objects[0] };
 
 /* Bytes of a valid trajectory, made once. */
@@ -95,16 +96,26 @@ static hid_t make_type(unsigned byte, const uint8_t *value) {
   case 1: return H5Tcopy(H5T_NATIVE_INT64);
   case 2: return H5Tcopy(H5T_STD_U8BE);
   case 3: return H5Tcopy(H5T_IEEE_F32BE);
-  case 4: type = H5Tcopy(H5T_C_S1); H5Tset_size(type, 1 + (size_t)value[7] * value[6]); return type;
-  case 5: type = H5Tcopy(H5T_C_S1); H5Tset_size(type, H5T_VARIABLE); return type;
-  case 6: type = H5Tcreate(H5T_COMPOUND, 8); H5Tinsert(type, "a", 0, H5T_NATIVE_DOUBLE); return type;
+  case 4:
+    type = H5Tcopy(H5T_C_S1);
+    H5Tset_size(type, 1 + (size_t)value[7] * value[6]);
+    return type;
+  case 5:
+    type = H5Tcopy(H5T_C_S1);
+    H5Tset_size(type, H5T_VARIABLE);
+    return type;
+  case 6:
+    type = H5Tcreate(H5T_COMPOUND, 8);
+    H5Tinsert(type, "a", 0, H5T_NATIVE_DOUBLE);
+    return type;
   case 7: return H5Tarray_create2(H5T_NATIVE_INT, 1, &three);
   default: return H5Tcreate(H5T_OPAQUE, 1 + value[7]);
   }
 }
 
 /* Extents of a new object, up to 2^56 rows; *total is their product where it is small, else 0. */
-static hid_t make_space(unsigned byte, const uint8_t *value, hsize_t *total, unsigned *rank, hsize_t extents[3]) {
+static hid_t make_space(unsigned byte, const uint8_t *value, hsize_t *total, unsigned *rank,
+                        hsize_t extents[3]) {
   *total = 1;
   *rank = byte % 6;
   if (*rank == 4) return H5Screate(H5S_NULL);
@@ -130,7 +141,8 @@ static void new_set(hid_t file, const char *path, const uint8_t *record) {
   static unsigned char buffer[1 << 18];
   hsize_t total = 0, extents[3] = {0, 0, 0}, chunk[3] = {16, 1, 1};
   unsigned rank = 0;
-  hid_t type = make_type(record[2], record + 4), space = make_space(record[3], record + 4, &total, &rank, extents);
+  hid_t type = make_type(record[2], record + 4),
+        space = make_space(record[3], record + 4, &total, &rank, extents);
   hid_t properties = H5Pcreate(H5P_DATASET_CREATE);
   if (total == 0 && rank > 0) {
     H5Pset_chunk(properties, (int)rank, chunk);
@@ -153,8 +165,11 @@ static void new_attribute(hid_t file, const char *path, const char *name, const 
   static unsigned char buffer[1 << 18];
   hsize_t total = 0, extents[3] = {0, 0, 0};
   unsigned rank = 0;
-  hid_t type = make_type(record[2], record + 4), space = make_space(record[3], record + 4, &total, &rank, extents);
-  hid_t made = total == 0 ? -1 : H5Acreate_by_name(file, path, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  hid_t type = make_type(record[2], record + 4),
+        space = make_space(record[3], record + 4, &total, &rank, extents);
+  hid_t made = total == 0
+                   ? -1
+                   : H5Acreate_by_name(file, path, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
   size_t bytes = (size_t)total * H5Tget_size(type);
   if (made >= 0 && bytes <= sizeof buffer && H5Tis_variable_str(type) <= 0) {
     fill(buffer, bytes, record + 4);
@@ -213,18 +228,18 @@ static void change(hid_t file, const uint8_t *record) {
 static void read_all(hb_reader *reader) {
   const hb_trajectory_info *info = hb_reader_info(reader);
   size_t room = 4 * (size_t)info->nv > (size_t)info->frames ? 4 * (size_t)info->nv : (size_t)info->frames;
-  volatile size_t seen = strlen(info->title) + strlen(info->source) + strlen(info->version);
+  size_t seen = strlen(info->title) + strlen(info->source) + strlen(info->version);
   int last = 0;
   for (int r = 0; r < info->rod_count; r++) {
     seen += strlen(info->rods[r].name);
     if (info->rods[r].first != last || info->rods[r].nv < 2) abort();
     last += info->rods[r].nv;
   }
-  if (last != info->nv || info->frames < 0) abort();
-  double *values = room > 1 << 22 ? NULL : malloc((room + 1) * sizeof *values);
+  if (last != info->nv || info->frames < 0 || seen > (size_t)1 << 40) abort();
+  double *values = room > 1 << 16 ? NULL : malloc((room + 1) * sizeof *values);
   hb_error err;
   for (int k = 0; values && k < hb_frame_field_count; k++)
-    for (long n = 0; n < info->frames; n += info->frames > 1 ? info->frames - 1 : 1)
+    for (long n = 0; n<info->frames; n += info->frames> 1 ? info->frames - 1 : 1)
       if (hb_reader_field(reader, hb_frame_fields[k].name, n, values, &err) != HB_OK && !err.text[0]) abort();
   for (int k = 0; values && k < hb_series_count; k++)
     if (hb_reader_series(reader, hb_series_table[k].name, values, &err) != HB_OK && !err.text[0]) abort();
@@ -241,8 +256,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   for (size_t at = 0; at + RECORD <= size && at < 8 * RECORD; at += RECORD) change(file, data + at);
   hb_reader *reader = NULL;
   hb_error err = {0};
-  if (hb_reader_adopt(file, "image", &reader, &err) == HB_OK) read_all(reader);
-  else if (!err.text[0]) abort();
+  if (hb_reader_adopt(file, "image", &reader, &err) == HB_OK)
+    read_all(reader);
+  else if (!err.text[0])
+    abort();
   hb_reader_close(reader);
   return 0;
 }

@@ -5,21 +5,22 @@
 #include "support/scenes.h"
 
 #define NV 5
-#define STEPS 1000000L
+#define STEPS (1000000L / SHORTER)
 #define SAMPLES 10000
 
-/* Free, curved at rest, anisotropic, moving. */
+/* Free, curved at rest, anisotropic, moving; near enough to its rest shape that its quasi-static frames never snap from one
+ * equilibrium to another, which would release energy (the frames have no inertia to keep it). */
 static void free_general(hb_scene_def *def) {
   double rest[3 * NV], xyz[3 * NV], v[3 * NV];
   shape_bent(NV, 0.25, (double[]){0.4, 0.9, 0.5, 0.4}, rest);
-  shape_bent(NV, 0.25, (double[]){-0.3, 0.5, 0.2, 0.3}, xyz);
+  shape_bent(NV, 0.25, (double[]){0.6, 0.8, 0.4, 0.5}, xyz);
   hb_rod_def *rod = scene_rod(def, NV, rest, 0.05, 0.04, 0.25);
   scene_form(rod, 0.06, 0.01, 0.02);
   scene_initial(rod, xyz);
   for (int i = 0; i < NV; i++) {
     v[3 * i] = 0.02;
-    v[3 * i + 1] = 0.2 * i;
-    v[3 * i + 2] = 0.1 * (i - 2) * (i - 2);
+    v[3 * i + 1] = 0.1 * i;
+    v[3 * i + 2] = 0.01 * (i - 2) * (i - 2);
   }
   scene_velocity(rod, v);
 }
@@ -86,8 +87,8 @@ static record run_energy(scene_builder build, const char *integrator, double h, 
 }
 
 static void check_verlet(scene_builder build, const char *name, double h) {
-  record r = run_energy(build, "verlet", h, STEPS), half = run_energy(build, "verlet", h / 2, STEPS / 5);
-  record twice = run_energy(build, "verlet", h, STEPS / 10);
+  record r = run_energy(build, "verlet", h, STEPS), half = run_energy(build, "verlet", h / 2, 100000);
+  record twice = run_energy(build, "verlet", h, 50000);
   say("%-13s kinetic %.2e swing %.2e (first %.2e last %.2e) means %.2e %.2e trend over the run %.2e; half step %.2e\n",
       name, r.kinetic, r.swing, r.first_swing, r.last_swing, r.first_mean, r.last_mean, r.slope, half.swing);
   assert_at_most(r.swing, 2e-3 * r.kinetic);          /* bounded */

@@ -274,8 +274,7 @@ void rod_energy_hessian(const rod_energy *e, const double *theta, double *diagon
     }
 }
 
-/* One Newton step of the free angles. Returns its length; a direction without stiffness is left alone. */
-static double newton(rod_energy *e, double *theta) {
+double rod_energy_newton(rod_energy *e, double *theta) {
   double pivot[VERTICES_MAX], right[VERTICES_MAX], longest = 0;
   int ne = e->nv - 1;
   (void)rod_energy_gradient(e, theta, right);
@@ -305,7 +304,7 @@ double rod_energy_resolved(rod_energy *e, const double *x, int k, double step) {
   memcpy(e->solved, e->theta, (size_t)(e->nv - 1) * sizeof *e->theta);
   (void)rod_energy_value(e, here, e->solved);
   for (int j = 0; j + 1 < e->nv; j++) e->solved[j] = creal(e->angle[j]);
-  for (int round = 0; round < 40 && newton(e, e->solved) > 1e-12; round++) {}
+  for (int round = 0; round < 40 && rod_energy_newton(e, e->solved) > 1e-12; round++) {}
   return creal(rod_energy_value(e, here, e->solved));
 }
 

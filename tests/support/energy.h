@@ -43,6 +43,9 @@ double rod_energy_resolved(rod_energy *e, const double *x, int k, double step);
 double rod_energy_slope(rod_energy *e, const double *x, int k, double step);
 /* dE/dtheta of all edges at the last shape with angles theta; the size of the terms it is made of is returned. */
 double rod_energy_gradient(const rod_energy *e, const double *theta, double *gradient);
+/* One plain Newton step of the free angles theta at the last shape, with no guard of any kind (a direction without
+ * stiffness is left alone). Returns the largest change. */
+double rod_energy_newton(rod_energy *e, double *theta);
 /* Diagonal of d2E/dtheta2 at the last shape; the entry between edges i-1 and i is -2 beta_i/l_i. */
 void rod_energy_hessian(const rod_energy *e, const double *theta, double *diagonal);
 

@@ -1,5 +1,5 @@
-/* A model and frames made by hand, so that files can be tested without a simulation: two rods of 5 and 4 vertices, and
- * frames in which every number tells its field, row, component and frame. */
+/* A model and frames made by hand, so that files can be tested without a simulation: two rods of 5 and 4
+ * vertices, and frames in which every number tells its field, row, component and frame. */
 #ifndef HB_TEST_HANDMADE_H
 #define HB_TEST_HANDMADE_H
 
@@ -18,7 +18,8 @@ typedef struct handmade {
 
 /* Fills the struct; nothing to free. It must not be moved afterwards. */
 static inline void handmade_fill(handmade *h) {
-  static char title[] = "Two \"rods\"\n\xce\xb1\\\xce\xb2", source[] = "title: two rods\nrods: []\n", path[] = "dir/two.yaml";
+  static char title[] = "Two \"rods\"\n\xce\xb1\\\xce\xb2", source[] = "title: two rods\nrods: []\n",
+              path[] = "dir/two.yaml";
   static char first[] = "lower", second[] = "upper rod";
   memset(h, 0, sizeof *h);
   h->def.title = title;

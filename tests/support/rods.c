@@ -246,7 +246,8 @@ void rod_case_start(rod_case *c, const double *x) {
 void rod_case_evaluate(rod_case *c, const double *x, double t) {
   hb_error err;
   if (x) memcpy(c->state->x, x, 3 * (size_t)c->rod->nv * sizeof(double));
-  must(hb_rod_evaluate(c->model, c->rod, c->state, &c->work, t, 0, &err), &err);
+  must(hb_rod_settle(c->model, c->rod, c->state, &c->work, t, 0, &err), &err);
+  hb_rod_force(c->model, c->rod, c->state, &c->work);
 }
 
 void rod_case_directors(rod_case *c, double *m1) {

@@ -252,6 +252,18 @@ static inline double largest_difference(const double *a, const double *b, size_t
   return largest;
 }
 
+/* Long runs are this many times shorter where sanitizers slow every step down; release builds do them in full. */
+#if defined(__SANITIZE_ADDRESS__)
+#define SHORTER 10
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SHORTER 10
+#endif
+#endif
+#ifndef SHORTER
+#define SHORTER 1
+#endif
+
 /* Tests that say what they measured print it only when HEBRA_TEST_VERBOSE is set. */
 #define say(...)                                                                                              \
   do {                                                                                                        \

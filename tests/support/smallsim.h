@@ -16,9 +16,11 @@ typedef struct smallsim {
   hb_sim *sim;
 } smallsim;
 
-/* Builds everything; false (with a sentence) if the library refuses. The struct must not be moved afterwards. */
+/* Builds everything; false (with a sentence) if the library refuses. The struct must not be moved afterwards.
+ */
 static inline bool smallsim_make(smallsim *s, hb_error *err) {
-  static char name[] = "whip", title[] = "A small rod", source[] = "title: A small rod\n", path[] = "scenes/small.yaml";
+  static char name[] = "whip", title[] = "A small rod", source[] = "title: A small rod\n",
+              path[] = "scenes/small.yaml";
   memset(s, 0, sizeof *s);
   hb_scene_def_init(&s->def);
   hb_rod_def_init(&s->rod);

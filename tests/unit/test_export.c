@@ -142,8 +142,10 @@ static void test_csv(void **state) {
         int slot = 5 + (line - 1) % 4;
         long frame = line <= 4 ? 1 : 3;
         csv_cell(text, line, column, buffer);
-        if (hb_frame_fields[k].location == HB_ON_EDGE && slot == 8) assert_string_equal(buffer, "");
-        else assert_same(strtod(buffer, NULL), handmade_number(k, slot, j, frame));
+        if (hb_frame_fields[k].location == HB_ON_EDGE && slot == 8)
+          assert_string_equal(buffer, "");
+        else
+          assert_same(strtod(buffer, NULL), handmade_number(k, slot, j, frame));
       }
   assert_string_equal(csv_cell(text, 0, 3, buffer), "position_x [length]");
   assert_string_equal(csv_cell(text, 0, column - 1, buffer), "torque [force*length]");
@@ -211,14 +213,13 @@ static void test_refused(void **state) {
   (void)state;
   hb_reader *reader = open_handmade();
   hb_error err = {0};
-  static const struct {
-    long first, last, stride;
-  } wrong[] = {{0, 5, 1}, {-1, 3, 1}, {3, 2, 1}, {0, 4, 0}};
+  static const struct { long first, last, stride; } wrong[] = {{0, 5, 1}, {-1, 3, 1}, {3, 2, 1}, {0, 4, 0}};
   assert_int_equal(hb_export(reader, "obj", in_directory("vtk"), 0, 4, 1, &err), HB_ERR_INPUT);
   assert_string_equal(err.text, "export: there is no format \"obj\", allowed are csv and vtp");
   for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
-    assert_int_equal(hb_export(reader, "csv", in_directory("vtk"), wrong[k].first, wrong[k].last, wrong[k].stride, &err),
-                     HB_ERR_INPUT);
+    assert_int_equal(
+        hb_export(reader, "csv", in_directory("vtk"), wrong[k].first, wrong[k].last, wrong[k].stride, &err),
+        HB_ERR_INPUT);
     assert_non_null(strstr(err.text, "allowed are 0 to 4"));
   }
   assert_int_equal(hb_export(reader, "csv", in_directory("t.h5"), 0, 4, 1, &err), HB_ERR_IO);
@@ -232,8 +233,14 @@ static void test_numbers(void **state) {
   static const struct {
     double value;
     const char *text;
-  } cases[] = {{0, "0"}, {-0.0, "-0"}, {0.1, "0.1"}, {1e300, "1e+300"}, {1.0 / 3, "0.3333333333333333"},
-               {0.1 + 0.2, "0.30000000000000004"}, {HUGE_VAL, "inf"}, {-HUGE_VAL, "-inf"}};
+  } cases[] = {{0, "0"},
+               {-0.0, "-0"},
+               {0.1, "0.1"},
+               {1e300, "1e+300"},
+               {1.0 / 3, "0.3333333333333333"},
+               {0.1 + 0.2, "0.30000000000000004"},
+               {HUGE_VAL, "inf"},
+               {-HUGE_VAL, "-inf"}};
   char text[32];
   for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
     hb_number_text(cases[k].value, text);
@@ -275,9 +282,10 @@ static void test_json(void **state) {
   hb_json_end(&json);
   assert_int_equal(fclose(file), 0);
   char *text = slurp(in_directory("a.json"), NULL);
-  assert_string_equal(text, "{\n  \"a\\\"\\\\\\n\\t\\u0001\": \"\xce\xb1 \\ufffd \\ufffd\\ufffd \\ufffd\\ufffd\\ufffd "
-                            "\\ufffd\\ufffd \xf0\x9f\x98\x80\",\n  \"none\": null,\n  \"nan\": null,\n"
-                            "  \"v\": [1, null, 0.10000000000000001],\n  \"list\": [\n    -5,\n    true,\n    {}\n  ]\n}\n");
+  assert_string_equal(
+      text, "{\n  \"a\\\"\\\\\\n\\t\\u0001\": \"\xce\xb1 \\ufffd \\ufffd\\ufffd \\ufffd\\ufffd\\ufffd "
+            "\\ufffd\\ufffd \xf0\x9f\x98\x80\",\n  \"none\": null,\n  \"nan\": null,\n"
+            "  \"v\": [1, null, 0.10000000000000001],\n  \"list\": [\n    -5,\n    true,\n    {}\n  ]\n}\n");
   free(text);
 }
 
@@ -328,10 +336,12 @@ static void test_report(void **state) {
   assert_same(report_number(text, "\"rods\"", "total_twist"), twist);
   assert_true(report_number(text, "\"iterations_per_step\"", "projection") > 0);
   assert_same(report_number(text, "\"memory_bytes\"", "process_peak"), 12345);
-  for (int k = 0; k < HB_STAGE_COUNT; k++) assert_true(report_number(text, "\"seconds\"", hb_stage_names[k]) >= 0);
+  for (int k = 0; k < HB_STAGE_COUNT; k++)
+    assert_true(report_number(text, "\"seconds\"", hb_stage_names[k]) >= 0);
   assert_near_rel(report_number(text, "{", "ns_per_vertex_and_step"), 1.5e9 / (30 * 6), 1e-15);
   free(text);
-  assert_int_equal(hb_report_write(in_directory("none/report.json"), s.sim, start, end, 1, 0, NULL, &err), HB_ERR_IO);
+  assert_int_equal(hb_report_write(in_directory("none/report.json"), s.sim, start, end, 1, 0, NULL, &err),
+                   HB_ERR_IO);
   hb_frame_free(start);
   hb_frame_free(end);
   smallsim_free(&s);

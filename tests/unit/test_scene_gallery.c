@@ -88,7 +88,7 @@ static void first_example(void **state) {
     assert_same(def.method.duration, 0.5);
     assert_true(m->rods[0].closed_form);
     if (k == 0)
-      assert_near(m->rods[0].length / sqrt(2) - 1, 0.0259, 5e-5);
+      assert_near_rel(m->rods[0].length, sqrt(2) + 2 * (sqrt(2.0 / 576 + 0.0025) - sqrt(2) / 24), 1e-14);
     else
       assert_near_rel(m->rest_length[3], sqrt(2) / 24, 1e-14);
     assert_int_equal(def.method.length_tolerance_kind,

@@ -239,7 +239,7 @@ static void sections(void **state) {
   hb_section_moduli m;
   assert_int_equal(hb_section_compute(&section, 10, 3, 2, &m, NULL), HB_OK);
   read_rod("rest: " LINE ", section: {rectangle: {width: 0.3, height: 0.1}, angle: pi/2}, E: 10, G: 3, "
-                         "vertex_mass: 7, radius: 1",
+           "vertex_mass: 7, radius: 1",
            &def);
   assert_near_rel(def.rods[0].B[0], m.B22, 1e-14);
   assert_near_rel(def.rods[0].B[2], m.B11, 1e-14);
@@ -327,7 +327,7 @@ static void supports(void **state) {
   (void)state;
   hb_scene_def def;
   read_rod("rest: " LINE ", start: {position: [x + t, free, fixed], material_angle: 2*pi*t}, end: {clamp: "
-                         "true, material_angle: 1},"
+           "true, material_angle: 1},"
            " supports: [{vertex: -2, position: fixed}, {edge: -3, clamp: true}, {edge: 2, position: fixed, "
            "tangent: [0, 0, 1],"
            " material_frame: [1, t, 0], material_turn: t}, {edge: 1, material: fixed}, {edge: 1, material: "

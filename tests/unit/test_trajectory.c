@@ -59,12 +59,24 @@ static void check_series(hb_reader *reader) {
   static const struct {
     const char *name;
     double factor, constant;
-  } expected[] = {{"time", 0.25, 0},       {"step", 10, 0},          {"kinetic", 1, 0.1},
-                  {"bending", 1, 0.2},     {"twisting", 1, 0.3},     {"gravity", 1, 0.4},
-                  {"work_loads", 1, 0.5},  {"work_supports", 1, 0.6}, {"dissipated", 1, 0.7},
-                  {"balance", 1e-9, 0},    {"momentum_x", 1, 0},     {"momentum_y", 1, 0.01},
-                  {"momentum_z", 1, 0.02}, {"angular_momentum_x", 1, 0}, {"angular_momentum_y", 1, 0.03},
-                  {"angular_momentum_z", 1, 0.06}, {"length_error", 1e-12, 0}, {"worst_length_error", 2e-12, 0}};
+  } expected[] = {{"time", 0.25, 0},
+                  {"step", 10, 0},
+                  {"kinetic", 1, 0.1},
+                  {"bending", 1, 0.2},
+                  {"twisting", 1, 0.3},
+                  {"gravity", 1, 0.4},
+                  {"work_loads", 1, 0.5},
+                  {"work_supports", 1, 0.6},
+                  {"dissipated", 1, 0.7},
+                  {"balance", 1e-9, 0},
+                  {"momentum_x", 1, 0},
+                  {"momentum_y", 1, 0.01},
+                  {"momentum_z", 1, 0.02},
+                  {"angular_momentum_x", 1, 0},
+                  {"angular_momentum_y", 1, 0.03},
+                  {"angular_momentum_z", 1, 0.06},
+                  {"length_error", 1e-12, 0},
+                  {"worst_length_error", 2e-12, 0}};
   double *values = malloc((size_t)frames * sizeof *values);
   assert_non_null(values);
   for (size_t k = 0; k < sizeof expected / sizeof expected[0]; k++) {
@@ -76,7 +88,8 @@ static void check_series(hb_reader *reader) {
   free(values);
 }
 
-/* Opens, checks all series and the fields of the first, the last, and some frames between; gives their number. */
+/* Opens, checks all series and the fields of the first, the last, and some frames between; gives their
+ * number. */
 static long check_file(const char *path) {
   hb_reader *reader = NULL;
   hb_error err = {0};
@@ -93,7 +106,8 @@ static long check_file(const char *path) {
   assert_string_equal(info->title, "Two \"rods\"\n\xce\xb1\\\xce\xb2");
   assert_string_equal(info->source, "title: two rods\nrods: []\n");
   assert_string_equal(info->version, HB_VERSION);
-  for (long n = 0; n < frames; n += n < 8 || n > frames - 8 ? 1 : 1 + (frames - n) / 4) check_frame(reader, n);
+  for (long n = 0; n < frames; n += n < 8 || n > frames - 8 ? 1 : 1 + (frames - n) / 4)
+    check_frame(reader, n);
   check_series(reader);
   hb_reader_close(reader);
   return frames;
@@ -141,7 +155,8 @@ static void test_readable_while_written(void **state) {
     pid_t child = fork();
     if (child == 0) {
       hb_reader *reader = NULL;
-      bool good = hb_reader_open(in_directory("a.h5"), &reader, &err) == HB_OK && hb_reader_info(reader)->frames == n;
+      bool good =
+          hb_reader_open(in_directory("a.h5"), &reader, &err) == HB_OK && hb_reader_info(reader)->frames == n;
       double values[27];
       for (long k = 0; good && k < n; k++)
         good = hb_reader_field(reader, "position", k, values, &err) == HB_OK &&
@@ -171,7 +186,8 @@ static void test_holes(void **state) {
   assert_int_equal(check_file(in_directory("a.h5")), 3);
 }
 
-/* What VTK needs to find, checked with HDF5 itself: versions, offsets, length of the times equal to the frames. */
+/* What VTK needs to find, checked with HDF5 itself: versions, offsets, length of the times equal to the
+ * frames. */
 static void test_vtk_layout(void **state) {
   (void)state;
   handmade h;
@@ -221,7 +237,8 @@ static void test_vtk_layout(void **state) {
   H5Fclose(file);
 }
 
-/* Going on after any number of frames, in place or with a longer plan, gives the file of an uninterrupted run. */
+/* Going on after any number of frames, in place or with a longer plan, gives the file of an uninterrupted
+ * run. */
 static void test_continue(void **state) {
   (void)state;
   handmade h;
@@ -253,7 +270,8 @@ static void test_continue_refused(void **state) {
   assert_non_null(strstr(err.text, "cannot go on after frame 5, it holds 4 frames"));
   other.rods[1].name = "another";
   assert_int_equal(hb_writer_continue(in_directory("b.h5"), &other.model, 6, 2, &writer, &err), HB_ERR_INPUT);
-  assert_non_null(strstr(err.text, "its rod 1 is \"upper rod\" with 4 vertices, that of the scene is \"another\" with 4"));
+  assert_non_null(strstr(
+      err.text, "its rod 1 is \"upper rod\" with 4 vertices, that of the scene is \"another\" with 4"));
   other.model.nv = 10;
   assert_int_equal(hb_writer_continue(in_directory("b.h5"), &other.model, 6, 2, &writer, &err), HB_ERR_INPUT);
   assert_non_null(strstr(err.text, "holds 2 rods with 9 vertices in all, the scene has 2 with 10"));
@@ -334,6 +352,61 @@ static void test_truncated(void **state) {
   }
 }
 
+/* Opens bad.h5 and asks for everything; true if nothing was refused. */
+static bool read_bad(void) {
+  hb_reader *reader = NULL;
+  hb_error err = {0};
+  double values[36];
+  if (hb_reader_open(in_directory("bad.h5"), &reader, &err) != HB_OK) {
+    assert_non_null(strstr(err.text, "bad.h5: "));
+    return false;
+  }
+  bool good = hb_reader_info(reader)->nv == 9 && hb_reader_info(reader)->frames <= 2;
+  for (int k = 0; good && k < hb_frame_field_count; k++)
+    good = hb_reader_field(reader, hb_frame_fields[k].name, 0, values, &err) == HB_OK;
+  hb_reader_close(reader);
+  return good;
+}
+
+/* A changed byte in the structure of the file is noticed before HDF5 sees it; one in a table changes no more
+ * than numbers. */
+static void test_damaged(void **state) {
+  (void)state;
+  handmade h;
+  handmade_fill(&h);
+  write_file(in_directory("a.h5"), &h, 2, 2);
+  FILE *file = fopen(in_directory("a.h5"), "rb");
+  assert_non_null(file);
+  static char bytes[1 << 17];
+  size_t size = fread(bytes, 1, sizeof bytes, file), refused = 0, tried = 0;
+  fclose(file);
+  write_bytes(bytes, size);
+  assert_true(read_bad());
+  for (size_t at = 0; at < size; at += 41, tried++) {
+    char kept = bytes[at];
+    bytes[at] = (char)(kept ^ 0x5a);
+    write_bytes(bytes, size);
+    refused += !read_bad();
+    bytes[at] = kept;
+  }
+  assert_true(refused > tried / 3);
+}
+
+/* A file to which another program has added something is still read. */
+static void test_added_object(void **state) {
+  (void)state;
+  handmade h;
+  handmade_fill(&h);
+  write_file(in_directory("a.h5"), &h, 3, 3);
+  hid_t file = H5Fopen(in_directory("a.h5"), H5F_ACC_RDWR, H5P_DEFAULT);
+  assert_true(file >= 0);
+  hid_t group = H5Gcreate2(file, "mine", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  assert_true(group >= 0);
+  H5Gclose(group);
+  H5Fclose(file);
+  assert_int_equal(check_file(in_directory("a.h5")), 3);
+}
+
 /* Wrong names and frames. */
 static void test_wrong_requests(void **state) {
   (void)state;
@@ -385,8 +458,8 @@ static void write_for_ever(const handmade *h, volatile long *promised) {
   for (;;) pause();
 }
 
-/* SIGKILL at 50 moments, from inside the first frames to a few hundred frames: every promised frame is there and whole,
- * at most one more is. */
+/* SIGKILL at 50 moments, from inside the first frames to a few hundred frames: every promised frame is there
+ * and whole, at most one more is. */
 static void test_killed(void **state) {
   (void)state;
   handmade h;
@@ -434,7 +507,8 @@ int main(void) {
       cmocka_unit_test(test_holes),         cmocka_unit_test(test_vtk_layout),
       cmocka_unit_test(test_continue),      cmocka_unit_test(test_continue_refused),
       cmocka_unit_test(test_writer_errors), cmocka_unit_test(test_reader_errors),
-      cmocka_unit_test(test_truncated),     cmocka_unit_test(test_wrong_requests),
+      cmocka_unit_test(test_truncated),     cmocka_unit_test(test_damaged),
+      cmocka_unit_test(test_added_object),  cmocka_unit_test(test_wrong_requests),
       cmocka_unit_test(test_quiet),         cmocka_unit_test(test_killed)};
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }
