@@ -4,8 +4,9 @@
 #include "base/memory.h"
 
 /* Colours that differ in hue and in lightness, in the order of the rods. */
-static const double palette[][3] = {{0.15, 0.44, 0.53}, {0.79, 0.35, 0.27}, {0.36, 0.33, 0.62}, {0.85, 0.62, 0.22},
-                                    {0.31, 0.50, 0.30}, {0.58, 0.29, 0.45}, {0.33, 0.58, 0.68}, {0.55, 0.40, 0.28}};
+static const double palette[][3] = {{0.15, 0.44, 0.53}, {0.79, 0.35, 0.27}, {0.36, 0.33, 0.62},
+                                    {0.85, 0.62, 0.22}, {0.31, 0.50, 0.30}, {0.58, 0.29, 0.45},
+                                    {0.33, 0.58, 0.68}, {0.55, 0.40, 0.28}};
 enum { COLORS = sizeof palette / sizeof palette[0] };
 
 /* Room for the rods and one frame of nv slots. */

@@ -7,8 +7,8 @@
 typedef struct cli_cast {
   hb_tube *tubes;
   int count;
-  int *first;        /* first vertex of each rod in the common arrays */
-  double *xyz, *m1;  /* 3 per vertex slot: room for one frame; not used where cli_cast_show points elsewhere */
+  int *first;       /* first vertex of each rod in the common arrays */
+  double *xyz, *m1; /* 3 per vertex slot: room for one frame; not used where cli_cast_show points elsewhere */
 } cli_cast;
 
 hb_status cli_cast_from_reader(const hb_trajectory_info *info, cli_cast *cast, hb_error *err);

@@ -8,7 +8,8 @@
 /* Points of a curve at most; more cannot be told apart. */
 enum { MOST_POINTS = 6000, MOST_SUPPORTS = 6 };
 
-static const char *const colors[] = {"#26708a", "#c95a45", "#5c549e", "#d99e38", "#4f8050", "#944a73", "#5494ad", "#8c6647"};
+static const char *const colors[] = {"#26708a", "#c95a45", "#5c549e", "#d99e38",
+                                     "#4f8050", "#944a73", "#5494ad", "#8c6647"};
 enum { COLORS = sizeof colors / sizeof colors[0] };
 
 /* Sends the buffer. */
@@ -36,7 +37,8 @@ static long next_frame(const cli_chart *c, long k) {
   return k < frames - 1 && next > frames - 1 ? frames - 1 : next;
 }
 
-/* A data block of a series over time. floor_at: smaller absolute values are drawn there (for logarithms); 0: none. */
+/* A data block of a series over time. floor_at: smaller absolute values are drawn there (for logarithms); 0:
+ * none. */
 static bool send_series(cli_chart *c, const char *name, double floor_at) {
   if (c->status == HB_OK) c->status = hb_reader_series(c->reader, name, c->series, c->err);
   if (c->status != HB_OK) return false;
@@ -74,7 +76,8 @@ static void draw_energies(cli_chart *c) {
 /* The energy balance alone, with what goes in and out. */
 static void draw_balance(cli_chart *c) {
   const char *const names[] = {"work_loads", "work_supports", "dissipated", "balance"};
-  const char *const keys[] = {"work of the loads", "work of the supports", "dissipated", "error of the balance"};
+  const char *const keys[] = {"work of the loads", "work of the supports", "dissipated",
+                              "error of the balance"};
   for (int k = 0; k < 4; k++)
     if (!send_series(c, names[k], 0)) return;
   begin_time(c, "Energy balance", "energy");
@@ -194,7 +197,8 @@ static const hb_reader_rod *rod_of(const cli_chart *c, int slot) {
 }
 
 /* A field at the slots where it acts, over time. */
-static void draw_supports(cli_chart *c, const char *name, int components, const char *title, const char *unit) {
+static void draw_supports(cli_chart *c, const char *name, int components, const char *title,
+                          const char *unit) {
   int slots[MOST_SUPPORTS], count = acting_slots(c, name, components, slots);
   for (long k = 0; k < c->info->frames && c->status == HB_OK; k = next_frame(c, k)) {
     c->status = hb_reader_field(c->reader, name, k, c->field, c->err);
@@ -257,13 +261,13 @@ static void draw_along(cli_chart *c, const char *name, const char *title) {
   for (int n = 0; n < c->frame_count; n++) send_along(c, name, field->location, n);
   char rod[128];
   quoted(c->info->rods[c->rod].name, rod, sizeof rod);
-  cli_chart_say(c, "set title '%s along %s'\nset xlabel 'arc length'\nset ylabel '%s'\nset xrange [0:*]\n", title, rod,
-                field->unit);
+  cli_chart_say(c, "set title '%s along %s'\nset xlabel 'arc length'\nset ylabel '%s'\nset xrange [0:*]\n",
+                title, rod, field->unit);
   for (int n = 0; n < c->frame_count; n++) {
     double f = c->frame_count > 1 ? (double)n / (c->frame_count - 1) : 1;
     int r = (int)(226 - f * 206), g = (int)(186 - f * 110), b = (int)(120 - f * 10);
-    cli_chart_say(c, "%s $%s%d using 1:2 with lines lw 2 lc rgb '#%02x%02x%02x' title 't = %.4g'", n ? "," : "plot",
-                  name, n, r, g, b, c->times[c->frames[n]]);
+    cli_chart_say(c, "%s $%s%d using 1:2 with lines lw 2 lc rgb '#%02x%02x%02x' title 't = %.4g'",
+                  n ? "," : "plot", name, n, r, g, b, c->times[c->frames[n]]);
   }
   cli_chart_say(c, "\nset xrange [*:*]\n");
 }
@@ -274,7 +278,8 @@ static void draw_tension(cli_chart *c) { draw_along(c, "tension", "Tension"); }
 static void draw_moment(cli_chart *c) { draw_along(c, "twisting_moment", "Twisting moment"); }
 
 const cli_chart_kind cli_chart_kinds[] = {
-    {"energies", "kinetic, bending and twisting energy and the error of their balance, over time", draw_energies},
+    {"energies", "kinetic, bending and twisting energy and the error of their balance, over time",
+     draw_energies},
     {"balance", "work of loads and supports, dissipation, error of the balance, over time", draw_balance},
     {"twist", "total twist of each rod in turns, over time", draw_twist},
     {"length", "relative error of the edge lengths, logarithmic, over time", draw_length},

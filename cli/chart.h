@@ -11,16 +11,16 @@ enum { CLI_CHART_RODS = 8, CLI_CHART_FRAMES = 12, CLI_CHART_PANELS = 12 };
 typedef struct cli_chart {
   hb_reader *reader;
   const hb_trajectory_info *info;
-  double *times;      /* of all frames */
-  double *series;     /* room for one series */
-  double *field;      /* room for one field, up to 4 components */
-  double *points;     /* room for positions */
-  double *table;      /* room for CLI_CHART_RODS values per frame */
-  int rod;            /* whose values along the rod are drawn */
+  double *times;  /* of all frames */
+  double *series; /* room for one series */
+  double *field;  /* room for one field, up to 4 components */
+  double *points; /* room for positions */
+  double *table;  /* room for CLI_CHART_RODS values per frame */
+  int rod;        /* whose values along the rod are drawn */
   long frames[CLI_CHART_FRAMES];
-  int frame_count;    /* frames drawn along the rod */
+  int frame_count; /* frames drawn along the rod */
   cli_pipe pipe;
-  hb_status status;   /* of the first write that failed; later ones do nothing */
+  hb_status status; /* of the first write that failed; later ones do nothing */
   hb_error *err;
   size_t filled;
   char buffer[16384];

@@ -39,7 +39,8 @@ typedef struct cell {
   int rgb[3], count;
 } cell;
 
-/* Bits of a braille character: its dots are numbered down the left column, down the right one, then the lowest row. */
+/* Bits of a braille character: its dots are numbered down the left column, down the right one, then the
+ * lowest row. */
 static cell look(const hb_image *image, int column, int row) {
   static const unsigned char bit[CLI_DOTS_DOWN][CLI_DOTS_ACROSS] = {{0, 3}, {1, 4}, {2, 5}, {6, 7}};
   cell c = {0};
@@ -81,7 +82,8 @@ static int dots_text(char *text, bool utf8, const cell *c) {
   if (!c->bits) return sprintf(text, " ");
   if (!utf8) return sprintf(text, "%c", dense[c->count]);
   unsigned code = 0x2800 + c->bits;
-  return sprintf(text, "%c%c%c", (int)(0xe0 | code >> 12), (int)(0x80 | (code >> 6 & 63)), (int)(0x80 | (code & 63)));
+  return sprintf(text, "%c%c%c", (int)(0xe0 | code >> 12), (int)(0x80 | (code >> 6 & 63)),
+                 (int)(0x80 | (code & 63)));
 }
 
 /* Colours are written where they change. */

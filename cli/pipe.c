@@ -7,13 +7,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* In the child: connects the three streams and becomes the program. Reports an errno through `report` if it cannot. */
+/* In the child: connects the three streams and becomes the program. Reports an errno through `report` if it
+ * cannot. */
 static void become(const char *const *argv, int input, int answer, int complaints, int report) {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, NULL);
   signal(SIGPIPE, SIG_DFL);
-  if (dup2(input, STDIN_FILENO) >= 0 && dup2(answer, STDOUT_FILENO) >= 0 && dup2(complaints, STDERR_FILENO) >= 0)
+  if (dup2(input, STDIN_FILENO) >= 0 && dup2(answer, STDOUT_FILENO) >= 0 &&
+      dup2(complaints, STDERR_FILENO) >= 0)
     execvp(argv[0], (char *const *)argv);
   int reason = errno;
   ssize_t done = write(report, &reason, sizeof reason);
@@ -79,8 +81,9 @@ hb_status cli_pipe_open(cli_pipe *p, const char *const *argv, const char *packag
   fclose(p->complaints);
   p->complaints = NULL;
   if (reason == ENOENT)
-    return hb_fail(err, HB_ERR_MISSING, "the program %s is not installed; on Debian and Ubuntu: apt-get install %s",
-                   argv[0], package);
+    return hb_fail(err, HB_ERR_MISSING,
+                   "the program %s is not installed; on Debian and Ubuntu: apt-get install %s", argv[0],
+                   package);
   return hb_fail(err, HB_ERR_IO, "the program %s cannot be started: %s", argv[0], strerror(reason));
 }
 
@@ -119,14 +122,16 @@ hb_status cli_pipe_close(cli_pipe *p, hb_error *err) {
   if (p->to >= 0) close(p->to);
   p->to = -1;
   int how = 0;
-  while (waitpid(p->pid, &how, 0) < 0 && errno == EINTR) {}
+  while (waitpid(p->pid, &how, 0) < 0 && errno == EINTR) {
+  }
   sigaction(SIGPIPE, &p->old_broken, NULL);
   char text[400];
   first_complaint(p, text, sizeof text);
   fclose(p->complaints);
   p->complaints = NULL;
   if (WIFEXITED(how) && WEXITSTATUS(how) == 0) return HB_OK;
-  if (WIFSIGNALED(how)) return hb_fail(err, HB_ERR_IO, "%s was ended by signal %d", p->program, WTERMSIG(how));
-  return hb_fail(err, HB_ERR_IO, "%s failed with status %d%s%s", p->program, WEXITSTATUS(how), text[0] ? ": " : "",
-                 text);
+  if (WIFSIGNALED(how))
+    return hb_fail(err, HB_ERR_IO, "%s was ended by signal %d", p->program, WTERMSIG(how));
+  return hb_fail(err, HB_ERR_IO, "%s failed with status %d%s%s", p->program, WEXITSTATUS(how),
+                 text[0] ? ": " : "", text);
 }

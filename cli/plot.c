@@ -71,9 +71,10 @@ static bool read_size(const char *text, request *r) {
 
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, request *r) {
-  static const struct option longs[] = {{"output", required_argument, NULL, 'o'}, {"what", required_argument, NULL, 'w'},
-                                        {"frames", required_argument, NULL, 'f'}, {"rod", required_argument, NULL, 'r'},
-                                        {"size", required_argument, NULL, 's'},   {NULL, 0, NULL, 0}};
+  static const struct option longs[] = {
+      {"output", required_argument, NULL, 'o'}, {"what", required_argument, NULL, 'w'},
+      {"frames", required_argument, NULL, 'f'}, {"rod", required_argument, NULL, 'r'},
+      {"size", required_argument, NULL, 's'},   {NULL, 0, NULL, 0}};
   *r = (request){.out = "plot.png", .what = "energies,twist,length,curvature"};
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, ":o:", longs, NULL)) != -1;) {
@@ -84,7 +85,8 @@ static int parse(int argc, char **argv, request *r) {
     case 'r': r->rod = optarg; break;
     case 's':
       if (!read_size(optarg, r))
-        return cli_usage(&cli_verb_plot, "--size needs WIDTHxHEIGHT, 200x150 to 8192x8192, found '%s'", optarg);
+        return cli_usage(&cli_verb_plot, "--size needs WIDTHxHEIGHT, 200x150 to 8192x8192, found '%s'",
+                         optarg);
       break;
     case ':': return cli_usage(&cli_verb_plot, "%s needs a value", argv[optind - 1]);
     default: return cli_usage(&cli_verb_plot, "unknown option %s", argv[optind - 1]);
@@ -113,8 +115,8 @@ static hb_status pick_frames(const request *r, cli_chart *c, hb_error *err) {
     errno = 0;
     long frame = strtol(at, &end, 10), counted = frame < 0 ? frame + frames : frame;
     if (end == at || errno || (*end && *end != ',') || counted < 0 || counted >= frames)
-      return hb_fail(err, HB_ERR_INPUT, "--frames %s: whole numbers from %ld to %ld with commas are allowed", r->frames,
-                     -frames, frames - 1);
+      return hb_fail(err, HB_ERR_INPUT, "--frames %s: whole numbers from %ld to %ld with commas are allowed",
+                     r->frames, -frames, frames - 1);
     if (c->frame_count == CLI_CHART_FRAMES)
       return hb_fail(err, HB_ERR_INPUT, "--frames: at most %d frames in one chart", CLI_CHART_FRAMES);
     c->frames[c->frame_count++] = counted;
@@ -131,7 +133,8 @@ static hb_status pick_rod(const request *r, cli_chart *c, hb_error *err) {
   char *end = NULL;
   long number = strtol(r->rod, &end, 10);
   if (end == r->rod || *end || number < 0 || number >= c->info->rod_count)
-    return hb_fail(err, HB_ERR_INPUT, "--rod %s: the trajectory has no rod of that name or number; it has %d rods", r->rod,
+    return hb_fail(err, HB_ERR_INPUT,
+                   "--rod %s: the trajectory has no rod of that name or number; it has %d rods", r->rod,
                    c->info->rod_count);
   c->rod = (int)number;
   return HB_OK;
@@ -150,7 +153,8 @@ static hb_status prepare(const request *r, cli_chart *c, hb_error *err) {
   c->table = hb_alloc(frames, CLI_CHART_RODS * sizeof *c->table);
   c->field = hb_alloc(nv, 4 * sizeof *c->field);
   c->points = hb_alloc(nv, 3 * sizeof *c->points);
-  if (!c->times || !c->series || !c->table || !c->field || !c->points) return hb_fail_memory(err, "data of the charts");
+  if (!c->times || !c->series || !c->table || !c->field || !c->points)
+    return hb_fail_memory(err, "data of the charts");
   status = hb_reader_series(c->reader, "time", c->times, err);
   if (status == HB_OK) status = pick_frames(r, c, err);
   if (status == HB_OK) status = pick_rod(r, c, err);
@@ -160,7 +164,10 @@ static hb_status prepare(const request *r, cli_chart *c, hb_error *err) {
 /* Size, font, colours, and the grid of panels. */
 static void say_style(const request *r, cli_chart *c) {
   int columns = r->kind_count > 2 ? 2 : 1, rows = (r->kind_count + columns - 1) / columns;
-  int width = r->width ? r->width : columns == 2 ? 1400 : 900, height = r->height ? r->height : 440 * rows + 30;
+  int width = r->width       ? r->width
+              : columns == 2 ? 1400
+                             : 900,
+      height = r->height ? r->height : 440 * rows + 30;
   char title[512];
   size_t n = 0;
   for (const char *p = c->info->title; *p && n + 3 < sizeof title; p++) {
@@ -169,17 +176,21 @@ static void say_style(const request *r, cli_chart *c) {
   }
   title[n] = 0;
   if (ends_with(r->out, ".svg"))
-    cli_chart_say(c, "set terminal svg size %d,%d dynamic noenhanced font 'DejaVu Sans,13' background '#fcfbf9'\n", width,
-                  height);
+    cli_chart_say(
+        c, "set terminal svg size %d,%d dynamic noenhanced font 'DejaVu Sans,13' background '#fcfbf9'\n",
+        width, height);
   else
-    cli_chart_say(c, "set terminal pngcairo size %d,%d noenhanced font 'DejaVu Sans,11' background '#fcfbf9'\n", width,
-                  height);
-  cli_chart_say(c, "set multiplot layout %d,%d title '%s' font ',14' textcolor rgb '#2c3039'\n", rows, columns, title);
-  cli_chart_say(c, "set border 3 lc rgb '#8c877e' lw 1\nset tics nomirror out scale 0.6 textcolor rgb '#5a5750'\n"
-                   "set grid lc rgb '#e4e0d8' lt 1 lw 1\nset title textcolor rgb '#2c3039'\n"
-                   "set xlabel textcolor rgb '#5a5750'\nset ylabel textcolor rgb '#5a5750'\n"
-                   "set key below center horizontal textcolor rgb '#5a5750' samplen 2\n"
-                   "set format y '%%g'\nset autoscale fix\nset offsets 0,0,graph 0.06,graph 0.06\n");
+    cli_chart_say(c,
+                  "set terminal pngcairo size %d,%d noenhanced font 'DejaVu Sans,11' background '#fcfbf9'\n",
+                  width, height);
+  cli_chart_say(c, "set multiplot layout %d,%d title '%s' font ',14' textcolor rgb '#2c3039'\n", rows,
+                columns, title);
+  cli_chart_say(
+      c, "set border 3 lc rgb '#8c877e' lw 1\nset tics nomirror out scale 0.6 textcolor rgb '#5a5750'\n"
+         "set grid lc rgb '#e4e0d8' lt 1 lw 1\nset title textcolor rgb '#2c3039'\n"
+         "set xlabel textcolor rgb '#5a5750'\nset ylabel textcolor rgb '#5a5750'\n"
+         "set key below center horizontal textcolor rgb '#5a5750' samplen 2\n"
+         "set format y '%%g'\nset autoscale fix\nset offsets 0,0,graph 0.06,graph 0.06\n");
 }
 
 /* Name beside the picture for the time of writing. */
@@ -192,9 +203,11 @@ static bool part_name(const char *out, char *text, size_t size) {
 static hb_status plot(const request *r, cli_chart *c, hb_error *err) {
   char part[TEXT_ROOM];
   const char *const argv[] = {"gnuplot", "-", NULL};
-  if (!part_name(r->out, part, sizeof part)) return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
+  if (!part_name(r->out, part, sizeof part))
+    return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
   FILE *probe = fopen(part, "wb"); /* so that the sentence names the file and not the program */
-  if (!probe) return hb_fail(err, HB_ERR_IO, "%s: the picture cannot be written: %s", r->out, strerror(errno));
+  if (!probe)
+    return hb_fail(err, HB_ERR_IO, "%s: the picture cannot be written: %s", r->out, strerror(errno));
   fclose(probe);
   c->status = cli_pipe_open(&c->pipe, argv, "gnuplot-nox", part, err);
   if (c->status != HB_OK) {
@@ -209,8 +222,10 @@ static hb_status plot(const request *r, cli_chart *c, hb_error *err) {
   if (status == HB_OK) status = closing;
   if (status == HB_OK && rename(part, r->out) != 0)
     status = hb_fail(err, HB_ERR_IO, "%s: the picture cannot be put in place: %s", r->out, strerror(errno));
-  if (status != HB_OK) remove(part);
-  else printf("%s: %d charts of %ld frames\n", r->out, r->kind_count, c->info->frames);
+  if (status != HB_OK)
+    remove(part);
+  else
+    printf("%s: %d charts of %ld frames\n", r->out, r->kind_count, c->info->frames);
   return status;
 }
 

@@ -19,7 +19,7 @@ enum { TEXT_ROOM = 4096 };
 /* What was asked for. */
 typedef struct request {
   const char *path, *out;
-  long frame;           /* counted from the end if negative */
+  long frame; /* counted from the end if negative */
   bool by_time, camera, perspective, plain;
   double time, speed, radius, from[3];
   int width, height, fps;
@@ -117,14 +117,14 @@ static bool is_film(const request *r) {
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, request *r) {
   static const struct option longs[] = {
-      {"output", required_argument, NULL, 'o'},   {"frame", required_argument, NULL, 'f'},
-      {"time", required_argument, NULL, 't'},     {"view", required_argument, NULL, 'v'},
-      {"from", required_argument, NULL, 'd'},     {"size", required_argument, NULL, 's'},
-      {"fps", required_argument, NULL, 'p'},      {"speed", required_argument, NULL, 'x'},
-      {"radius", required_argument, NULL, 'r'},   {"perspective", no_argument, NULL, 'P'},
-      {"plain", no_argument, NULL, 'n'},          {NULL, 0, NULL, 0}};
-  *r = (request){.out = "picture.png", .frame = -1, .width = 1280, .height = 720, .fps = 30,
-                 .from = {0.5, -0.9, 0.5}};
+      {"output", required_argument, NULL, 'o'}, {"frame", required_argument, NULL, 'f'},
+      {"time", required_argument, NULL, 't'},   {"view", required_argument, NULL, 'v'},
+      {"from", required_argument, NULL, 'd'},   {"size", required_argument, NULL, 's'},
+      {"fps", required_argument, NULL, 'p'},    {"speed", required_argument, NULL, 'x'},
+      {"radius", required_argument, NULL, 'r'}, {"perspective", no_argument, NULL, 'P'},
+      {"plain", no_argument, NULL, 'n'},        {NULL, 0, NULL, 0}};
+  *r = (request){
+      .out = "picture.png", .frame = -1, .width = 1280, .height = 720, .fps = 30, .from = {0.5, -0.9, 0.5}};
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, ":o:", longs, NULL)) != -1;) {
     const char *what = NULL;
@@ -134,7 +134,8 @@ static int parse(int argc, char **argv, request *r) {
       return cli_usage(&cli_verb_render, "%s, found '%s'", what, optarg ? optarg : "");
   }
   if (optind != argc - 1)
-    return cli_usage(&cli_verb_render, "%s", optind < argc ? "one trajectory at a time" : "which trajectory?");
+    return cli_usage(&cli_verb_render, "%s",
+                     optind < argc ? "one trajectory at a time" : "which trajectory?");
   r->path = argv[optind];
   if (!is_film(r) && !ends_with(r->out, ".png"))
     return cli_usage(&cli_verb_render, "-o %s: the name must end in .png, .mp4, .webm or .gif", r->out);
@@ -154,11 +155,12 @@ static hb_status pick_frame(const studio *s, long *out, hb_error *err) {
   const request *r = &s->ask;
   *out = r->by_time ? nearest_frame(s, r->time) : r->frame < 0 ? r->frame + s->info->frames : r->frame;
   if (*out >= 0 && *out < s->info->frames) return HB_OK;
-  return hb_fail(err, HB_ERR_INPUT, "%s: there is no frame %ld; the file has frames 0 to %ld", r->path, r->frame,
-                 s->info->frames - 1);
+  return hb_fail(err, HB_ERR_INPUT, "%s: there is no frame %ld; the file has frames 0 to %ld", r->path,
+                 r->frame, s->info->frames - 1);
 }
 
-/* The frame that a film shows at a time: the last one that is not later. from: one that is certainly not too late. */
+/* The frame that a film shows at a time: the last one that is not later. from: one that is certainly not too
+ * late. */
 static long frame_at(const studio *s, double time, long from) {
   long k = from;
   while (k + 1 < s->info->frames && s->times[k + 1] <= time + 1e-9 * fabs(time)) k++;
@@ -181,7 +183,8 @@ static hb_status prepare(studio *s, hb_error *err) {
   return status;
 }
 
-/* The space that the frames first..last use, and the direction in which the rods lead at first, or else later. */
+/* The space that the frames first..last use, and the direction in which the rods lead at first, or else
+ * later. */
 static hb_status survey(studio *s, long first, long last, hb_error *err) {
   bool aimed = false;
   hb_views_start(&s->views);
@@ -190,8 +193,10 @@ static hb_status survey(studio *s, long first, long last, hb_error *err) {
     for (long k = first; k <= last; k = k < last && k + stride > last ? last : k + stride) {
       hb_status status = cli_cast_read(&s->cast, s->reader, k, err);
       if (status != HB_OK) return status;
-      if (pass == 0) hb_views_add(&s->views, s->cast.tubes, s->cast.count);
-      else hb_views_measure(&s->views, s->cast.tubes, s->cast.count);
+      if (pass == 0)
+        hb_views_add(&s->views, s->cast.tubes, s->cast.count);
+      else
+        hb_views_measure(&s->views, s->cast.tubes, s->cast.count);
       if (pass == 0 && k == first) aimed = hb_views_aim(&s->views);
     }
     if (pass == 0 && !aimed) (void)hb_views_aim(&s->views);
@@ -210,8 +215,8 @@ static hb_status draw_camera(studio *s, double time, hb_error *err) {
   double size = 0;
   for (int k = 0; k < 3; k++) size = fmax(size, s->views.hi[k] - s->views.lo[k]);
   double ground = s->views.lo[2] - 0.02 * size;
-  hb_status status = hb_render_view(&s->image, 0, 0, s->ask.width, s->ask.height, s->cast.tubes, s->cast.count,
-                                    &camera, &ground, err);
+  hb_status status = hb_render_view(&s->image, 0, 0, s->ask.width, s->ask.height, s->cast.tubes,
+                                    s->cast.count, &camera, &ground, err);
   if (status != HB_OK || s->ask.plain) return status;
   char text[64];
   int scale = s->ask.height / 360 > 1 ? s->ask.height / 360 : 1;
@@ -270,12 +275,19 @@ static void film_arguments(const request *r, const char *part, char room[3][64],
   int n = 0;
   snprintf(room[0], sizeof room[0], "%dx%d", r->width, r->height);
   snprintf(room[1], sizeof room[1], "%d", r->fps);
-  const char *const input[] = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-y",    "-f", "rawvideo", "-pix_fmt",
-                               "rgb24",  "-s",           room[0],     "-r",    room[1], "-i", "-"};
-  const char *const mp4[] = {"-vf",     "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v",     "libx264",   "-preset", "medium",
-                             "-crf",    "18",  "-pix_fmt", "yuv420p", "-movflags", "+faststart", NULL};
+  const char *const input[] = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-y",
+                               "-f",     "rawvideo",     "-pix_fmt",  "rgb24", "-s",
+                               room[0],  "-r",           room[1],     "-i",    "-"};
+  const char *const mp4[] = {"-vf",       "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                             "-c:v",      "libx264",
+                             "-preset",   "medium",
+                             "-crf",      "18",
+                             "-pix_fmt",  "yuv420p",
+                             "-movflags", "+faststart",
+                             NULL};
   const char *const webm[] = {"-c:v", "libvpx-vp9", "-b:v", "0", "-crf", "28", NULL};
-  const char *const gif[] = {"-vf", "split[a][b];[a]palettegen=max_colors=160[p];[b][p]paletteuse=dither=none", NULL};
+  const char *const gif[] = {
+      "-vf", "split[a][b];[a]palettegen=max_colors=160[p];[b][p]paletteuse=dither=none", NULL};
   for (size_t k = 0; k < sizeof input / sizeof input[0]; k++) argv[n++] = input[k];
   const char *const *output = ends_with(r->out, ".gif") ? gif : ends_with(r->out, ".webm") ? webm : mp4;
   for (; *output; output++) argv[n++] = *output;
@@ -283,7 +295,8 @@ static void film_arguments(const request *r, const char *part, char room[3][64],
   argv[n] = NULL;
 }
 
-/* Name beside the film that keeps its ending, with the protocol that ffmpeg would otherwise guess from colons. */
+/* Name beside the film that keeps its ending, with the protocol that ffmpeg would otherwise guess from
+ * colons. */
 static bool part_name(const char *out, char *text, size_t size) {
   const char *dot = strrchr(out, '.');
   int length = snprintf(text, size, "file:%.*s.part%s", (int)(dot - out), out, dot);
@@ -316,9 +329,10 @@ static hb_status make_film(studio *s, hb_error *err) {
   if (!(r->speed > 0)) r->speed = duration > 0 ? round_up(0.8 * duration / USUAL_LENGTH) : 1;
   double step = r->speed / r->fps, wanted = floor(duration / step + 1e-6) + 1;
   if (wanted > 1e6)
-    return hb_fail(err, HB_ERR_INPUT, "the film would have %.3g frames; a larger --speed or a smaller --fps is needed",
-                   wanted);
-  if (!part_name(r->out, part, sizeof part)) return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "the film would have %.3g frames; a larger --speed or a smaller --fps is needed", wanted);
+  if (!part_name(r->out, part, sizeof part))
+    return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
   hb_status status = survey(s, 0, s->info->frames - 1, err);
   if (status != HB_OK) return status;
   film_arguments(r, part, room, argv);
@@ -331,7 +345,8 @@ static hb_status make_film(studio *s, hb_error *err) {
   const char *file = part + strlen("file:");
   if (status == HB_OK && rename(file, r->out) != 0)
     status = hb_fail(err, HB_ERR_IO, "%s: the film cannot be put in place: %s", r->out, strerror(errno));
-  if (status != HB_OK) remove(file);
+  if (status != HB_OK)
+    remove(file);
   else
     printf("%s: %ld frames, %.3g s at %d per second, %.6g units of simulated time per second\n", r->out,
            (long)wanted, wanted / r->fps, r->fps, r->speed);
@@ -356,8 +371,10 @@ static int render_verb(int argc, char **argv) {
 const cli_verb cli_verb_render = {
     "render", "draw a picture or a film of a trajectory",
     "usage: hebra render TRAJECTORY [-o NAME] [options]\n\n"
-    "Draws the last frame, or a film of all of them. By default three views are drawn, as in a film of the program\n"
-    "that the method comes from: in space, along the rod, and along its axis. The stripe follows the first material\n"
+    "Draws the last frame, or a film of all of them. By default three views are drawn, as in a film of the "
+    "program\n"
+    "that the method comes from: in space, along the rod, and along its axis. The stripe follows the first "
+    "material\n"
     "director, so that twist can be seen.\n\n"
     "  -o, --output NAME   picture (.png) or film (.mp4, .webm, .gif; needs ffmpeg); default picture.png\n"
     "  --frame N           picture of frame N, counted from 0; -1 is the last one (default)\n"

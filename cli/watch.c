@@ -26,13 +26,13 @@ struct cli_watch {
   hb_views views;
   bool window, broken; /* broken: the window was closed, or the terminal does not take any more */
   double speed, started, start_time, shown;
-  bool timed;          /* started and start_time are set */
-  hb_image image;      /* the window's picture, or one panel in dots */
+  bool timed;     /* started and start_time are set */
+  hb_image image; /* the window's picture, or one panel in dots */
   cli_pipe pipe;
   cli_dots dots;
-  int rows, columns;   /* of the terminal */
-  int lines;           /* that the last picture took */
-  char *text;          /* a picture's characters */
+  int rows, columns; /* of the terminal */
+  int lines;         /* that the last picture took */
+  char *text;        /* a picture's characters */
   size_t room;
 };
 
@@ -104,25 +104,28 @@ static hb_status fit_terminal(cli_watch *w, hb_error *err) {
 static hb_status open_window(cli_watch *w, hb_error *err) {
   const char *display = getenv("DISPLAY"), *wayland = getenv("WAYLAND_DISPLAY");
   if (!(display && *display) && !(wayland && *wayland))
-    return hb_fail(err, HB_ERR_MISSING, "--watch=window needs a display, and DISPLAY is not set; --watch=terminal "
-                                        "draws in the terminal");
+    return hb_fail(err, HB_ERR_MISSING,
+                   "--watch=window needs a display, and DISPLAY is not set; --watch=terminal "
+                   "draws in the terminal");
   hb_status status = hb_image_create(WINDOW_WIDTH, WINDOW_HEIGHT, &w->image, err);
   if (status != HB_OK) return status;
   char size[32], rate[16];
   snprintf(size, sizeof size, "%dx%d", WINDOW_WIDTH, WINDOW_HEIGHT);
   snprintf(rate, sizeof rate, "%d", (int)RATE);
-  const char *const argv[] = {"ffplay",  "-hide_banner", "-loglevel", "error",   "-f",   "rawvideo",  "-pixel_format",
-                              "rgb24",   "-video_size",  size,        "-framerate", "1000", "-fflags", "nobuffer",
-                              "-flags",  "low_delay",    "-framedrop", "-autoexit", "-window_title", "hebra", "-i",
-                              "-",       NULL};
+  const char *const argv[] = {
+      "ffplay",        "-hide_banner", "-loglevel",   "error",     "-f",         "rawvideo",
+      "-pixel_format", "rgb24",        "-video_size", size,        "-framerate", "1000",
+      "-fflags",       "nobuffer",     "-flags",      "low_delay", "-framedrop", "-autoexit",
+      "-window_title", "hebra",        "-i",          "-",         NULL};
   return cli_pipe_open(&w->pipe, argv, "ffmpeg", NULL, err);
 }
 
 /* Checks the terminal and hides its cursor. */
 static hb_status open_terminal(cli_watch *w, hb_error *err) {
   if (isatty(STDOUT_FILENO) != 1)
-    return hb_fail(err, HB_ERR_MISSING,
-                   "--watch draws in the terminal, and standard output is not one; --watch=window draws in a window");
+    return hb_fail(
+        err, HB_ERR_MISSING,
+        "--watch draws in the terminal, and standard output is not one; --watch=window draws in a window");
   w->dots = cli_dots_of_terminal();
   hb_status status = fit_terminal(w, err);
   if (status == HB_OK && fputs("\033[?25l", stdout) < 0) w->broken = true;
@@ -130,7 +133,8 @@ static hb_status open_terminal(cli_watch *w, hb_error *err) {
 }
 
 /* Views of the initial shape; then the place to draw. */
-hb_status cli_watch_open(const hb_model *model, const char *mode, double speed, cli_watch **out, hb_error *err) {
+hb_status cli_watch_open(const hb_model *model, const char *mode, double speed, cli_watch **out,
+                         hb_error *err) {
   *out = NULL;
   bool window = strcmp(mode, "window") == 0;
   if (!window && strcmp(mode, "terminal") != 0)
@@ -171,7 +175,8 @@ static void flat_camera(const cli_watch *w, const double right[3], const double 
   const hb_views *v = &w->views;
   double forward[3] = {up[1] * right[2] - up[2] * right[1], up[2] * right[0] - up[0] * right[2],
                        up[0] * right[1] - up[1] * right[0]};
-  double width = x[1] - x[0], height = y[1] - y[0], size = 0, cx = 0.5 * (x[0] + x[1]), cy = 0.5 * (y[0] + y[1]);
+  double width = x[1] - x[0], height = y[1] - y[0], size = 0, cx = 0.5 * (x[0] + x[1]),
+         cy = 0.5 * (y[0] + y[1]);
   *camera = (hb_camera){.orthographic = true, .height = 1.05 * fmax(height, width / aspect)};
   double middle[3], a = 0, b = 0;
   for (int k = 0; k < 3; k++) {
@@ -194,9 +199,12 @@ static void panel_camera(const cli_watch *w, int which, double aspect, hb_camera
   if (which == 0) {
     const double *a = v->along, from[3] = {0.42 * a[0] + 0.9 * a[1], 0.42 * a[1] - 0.9 * a[0], 0.46};
     hb_camera_fit(v->lo, v->hi, from, up, false, aspect, camera);
-  } else if (which == 1) flat_camera(w, v->along, up, v->along_range, height, aspect, camera);
-  else if (v->upright) flat_camera(w, v->along, v->across, v->along_range, v->across_range, aspect, camera);
-  else flat_camera(w, v->across, up, v->across_range, height, aspect, camera);
+  } else if (which == 1)
+    flat_camera(w, v->along, up, v->along_range, height, aspect, camera);
+  else if (v->upright)
+    flat_camera(w, v->along, v->across, v->along_range, v->across_range, aspect, camera);
+  else
+    flat_camera(w, v->across, up, v->across_range, height, aspect, camera);
 }
 
 /* Draws the dots of a panel on black; lines of cells are twice as high as wide, dots are about square. */
@@ -207,8 +215,8 @@ static hb_status draw_panel(cli_watch *w, int which, panel *p, hb_error *err) {
   hb_image_fill(&p->image, black);
   hb_camera camera;
   panel_camera(w, which, (double)p->image.width / p->image.height, &camera);
-  return hb_render_view(&p->image, 0, 0, p->image.width, p->image.height, w->cast.tubes, w->cast.count, &camera,
-                        NULL, err);
+  return hb_render_view(&p->image, 0, 0, p->image.width, p->image.height, w->cast.tubes, w->cast.count,
+                        &camera, NULL, err);
 }
 
 /* A title centred between blanks or dashes, `columns` wide. */
@@ -223,19 +231,24 @@ static size_t title_text(char *text, const char *title, int columns) {
 static size_t compose(cli_watch *w, const hb_frame *f, panel p[3]) {
   char *at = w->text, head[160];
   if (w->lines > 0) at += sprintf(at, "\033[%dA", w->lines);
-  snprintf(head, sizeof head, "t = %.6g of %.6g   kinetic %.3e  bending %.3e  twisting %.3e  length error %.1e", f->time,
+  snprintf(head, sizeof head,
+           "t = %.6g of %.6g   kinetic %.3e  bending %.3e  twisting %.3e  length error %.1e", f->time,
            w->model->def->method.duration, f->kinetic, f->bending, f->twisting, f->length_error);
   at += sprintf(at, "\r%.*s\033[K\n", w->columns - 1, head);
   int rows = p[0].rows + TITLE_LINES;
   for (int row = 0; row < rows; row++) {
-    if (row == 0) at += title_text(at, p[0].title, p[0].columns);
-    else at += cli_dots_row(w->dots, &p[0].image, row - 1, at);
+    if (row == 0)
+      at += title_text(at, p[0].title, p[0].columns);
+    else
+      at += cli_dots_row(w->dots, &p[0].image, row - 1, at);
     at += sprintf(at, " | ");
     int lower = row - p[1].rows - TITLE_LINES;
     const panel *q = lower < 0 ? &p[1] : &p[2];
     int inside = lower < 0 ? row - TITLE_LINES : lower - TITLE_LINES;
-    if (inside < 0) at += title_text(at, q->title, q->columns);
-    else at += cli_dots_row(w->dots, &q->image, inside, at);
+    if (inside < 0)
+      at += title_text(at, q->title, q->columns);
+    else
+      at += cli_dots_row(w->dots, &q->image, inside, at);
     at += sprintf(at, "\033[K\n");
   }
   w->lines = rows + 1;
@@ -247,11 +260,13 @@ static hb_status show_terminal(cli_watch *w, const hb_frame *frame, hb_error *er
   int rows = w->rows, columns = w->columns;
   hb_status status = fit_terminal(w, err);
   if (status != HB_OK) return status;
-  if (w->lines > 0 && (rows != w->rows || columns != w->columns)) { /* another size: start on a clean screen */
+  if (w->lines > 0 &&
+      (rows != w->rows || columns != w->columns)) { /* another size: start on a clean screen */
     fputs("\033[2J\033[H", stdout);
     w->lines = 0;
   }
-  int height = w->rows - HEAD_LINES - TITLE_LINES, left = (w->columns - 4) * 55 / 100, right = w->columns - 4 - left;
+  int height = w->rows - HEAD_LINES - TITLE_LINES, left = (w->columns - 4) * 55 / 100,
+      right = w->columns - 4 - left;
   int lower = (height - TITLE_LINES) / 2, upper = height - TITLE_LINES - lower;
   panel p[3] = {{.title = "in space", .columns = left, .rows = height},
                 {.title = "along the rod", .columns = right, .rows = upper},
@@ -278,7 +293,8 @@ static void sleep_until(double time) {
   double left = time - hb_clock_now();
   if (!(left > 0)) return;
   struct timespec pause = {(time_t)left, (long)((left - floor(left)) * 1e9)};
-  while (nanosleep(&pause, &pause) != 0 && errno == EINTR) {}
+  while (nanosleep(&pause, &pause) != 0 && errno == EINTR) {
+  }
 }
 
 /* Waits if there is a speed; drops frames that come too fast. */
@@ -305,7 +321,8 @@ void cli_watch_show(cli_watch *w, const hb_frame *frame) {
 /* Cursor back, window closed. */
 void cli_watch_close(cli_watch *w) {
   if (!w) return;
-  if (w->window) (void)cli_pipe_close(&w->pipe, NULL);
+  if (w->window)
+    (void)cli_pipe_close(&w->pipe, NULL);
   else {
     fputs("\033[?25h\033[0m", stdout);
     fflush(stdout);

@@ -51,8 +51,7 @@ static void energies(hb_json *json, const char *key, const hb_frame *frame) {
 }
 
 /* Energies, work, momentum, lengths. */
-static void balance(hb_json *json, const hb_sim *sim, const hb_frame *start, const hb_frame *end) {
-  const double *scalar = hb_sim_const_state(sim)->scalar;
+static void balance(hb_json *json, const hb_frame *start, const hb_frame *end) {
   hb_json_object(json, "energy");
   energies(json, "start", start);
   energies(json, "end", end);
@@ -68,8 +67,8 @@ static void balance(hb_json *json, const hb_sim *sim, const hb_frame *start, con
   hb_json_vector(json, "angular_end", end->angular_momentum, 3);
   hb_json_object_end(json);
   hb_json_object(json, "length_error");
-  hb_json_number(json, "last", scalar[HB_S_LENGTH_ERROR]);
-  hb_json_number(json, "worst", scalar[HB_S_WORST_LENGTH]);
+  hb_json_number(json, "last", end->length_error);
+  hb_json_number(json, "worst", end->worst_length_error);
   hb_json_object_end(json);
 }
 
@@ -174,7 +173,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   hb_json_begin(&json, file.stream);
   scene(&json, model);
   outcome(&json, sim, wall_seconds, stop_reason);
-  balance(&json, sim, start, end);
+  balance(&json, start, end);
   rods(&json, model, end);
   cost(&json, sim, wall_seconds, peak_bytes);
   warnings(&json, sim);

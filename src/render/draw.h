@@ -17,7 +17,8 @@ int hb_text_width(const char *text, int scale);
 void hb_draw_rect(hb_image *image, hb_rect rect, const unsigned char rgb[3]);
 /* Outline one pixel wide, inside the rectangle. */
 void hb_draw_outline(hb_image *image, hb_rect rect, const unsigned char rgb[3]);
-/* Smooth line from a to b (pixel coordinates), `width` pixels wide, clipped to rect. Not-a-number draws nothing. */
+/* Smooth line from a to b (pixel coordinates), `width` pixels wide, clipped to rect. Not-a-number draws
+ * nothing. */
 void hb_draw_line(hb_image *image, hb_rect clip, const double a[2], const double b[2], double width,
                   const unsigned char rgb[3]);
 

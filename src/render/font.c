@@ -1,7 +1,7 @@
 /* The built-in font: glyphs of 5 x 7 dots, with two more rows for descenders.
  *
- * At scale 1 a dot is a pixel. From scale 2 on the dots are the skeleton of a pen stroke: neighbouring dots are joined
- * and the stroke is drawn smooth and round, so that one small table serves every size. */
+ * At scale 1 a dot is a pixel. From scale 2 on the dots are the skeleton of a pen stroke: neighbouring dots
+ * are joined and the stroke is drawn smooth and round, so that one small table serves every size. */
 #include "hebra/render.h"
 
 #include "math/vec3.h"
@@ -153,7 +153,8 @@ static double stroke_distance(double x, double y, int c, int r, int dc, int dr) 
   return px * px + py * py;
 }
 
-/* Squared distance, in dots, from (x, y) to the pen's path through a glyph; 4 where it is farther than that. */
+/* Squared distance, in dots, from (x, y) to the pen's path through a glyph; 4 where it is farther than that.
+ */
 static double glyph_distance(const unsigned char *glyph, double x, double y) {
   double best = 4;
   int c0 = (int)(x + 2) - 3, r0 = (int)(y + 2) - 3;
@@ -178,9 +179,11 @@ static void draw_glyph(hb_image *image, int x, int y, int scale, const unsigned 
   for (int j = 0; j < ROWS * scale; j++)
     for (int i = 0; i < HB_TEXT_ADVANCE * scale; i++) {
       double weight;
-      if (scale == 1) weight = dot(glyph, i, j) ? 1 : 0;
+      if (scale == 1)
+        weight = dot(glyph, i, j) ? 1 : 0;
       else
-        weight = radius + 0.5 - scale * sqrt(glyph_distance(glyph, (i + 0.5) / scale - 0.5, (j + 0.5) / scale - 0.5));
+        weight = radius + 0.5 -
+                 scale * sqrt(glyph_distance(glyph, (i + 0.5) / scale - 0.5, (j + 0.5) / scale - 0.5));
       blend(image, x + i, y + j, rgb, weight);
     }
 }

@@ -16,8 +16,8 @@
 hb_status hb_image_create(int width, int height, hb_image *image, hb_error *err) {
   *image = (hb_image){0};
   if (width < 1 || height < 1 || width > MAX_SIDE || height > MAX_SIDE)
-    return hb_fail(err, HB_ERR_INPUT, "the picture's size is %d x %d; each side must be 1 to %d pixels", width,
-                   height, MAX_SIDE);
+    return hb_fail(err, HB_ERR_INPUT, "the picture's size is %d x %d; each side must be 1 to %d pixels",
+                   width, height, MAX_SIDE);
   image->rgb = hb_alloc((size_t)width * (size_t)height, 3);
   if (!image->rgb) return hb_fail_memory(err, "picture");
   image->width = width;
@@ -87,7 +87,8 @@ hb_status hb_image_write_png(const hb_image *image, const char *path, hb_error *
   snprintf(part, size, "%s.part", path);
   FILE *file = fopen(part, "wb");
   if (!file) {
-    hb_status status = hb_fail(err, HB_ERR_IO, "%s: the picture cannot be written: %s", path, strerror(errno));
+    hb_status status =
+        hb_fail(err, HB_ERR_IO, "%s: the picture cannot be written: %s", path, strerror(errno));
     hb_free(part);
     return status;
   }

@@ -91,7 +91,8 @@ static void screen_box(const hb_camera *camera, const double lo[3], const double
   }
 }
 
-/* Moves target and eye until the box is centred on the screen and fills it up to a margin of a few percent. */
+/* Moves target and eye until the box is centred on the screen and fills it up to a margin of a few percent.
+ */
 static void centre_box(const double lo[3], const double hi[3], hb_v3 back, double aspect, hb_camera *camera) {
   const double margin = 1.06;
   hb_v3 target = hb_v3_load(camera->target);
@@ -104,7 +105,8 @@ static void centre_box(const double lo[3], const double hi[3], hb_v3 back, doubl
     target = hb_v3_axpy(target, 0.5 * (box[0] + box[1]) * size, lens.right);
     target = hb_v3_axpy(target, 0.5 * (box[2] + box[3]) * size, lens.down);
     double fill = margin * fmax((box[1] - box[0]) / aspect, box[3] - box[2]);
-    if (camera->orthographic) camera->height = fmax(camera->height * fill, least);
+    if (camera->orthographic)
+      camera->height = fmax(camera->height * fill, least);
     else { /* what is nearer than the target grows faster: not quite all the way at once */
       double front = 0;
       for (int k = 0; k < 8; k++) front = fmax(front, hb_v3_dot(hb_v3_sub(corner(lo, hi, k), target), back));

@@ -12,11 +12,11 @@ typedef struct hb_lens {
   hb_v3 eye, right, down, forward; /* in the scene */
   hb_v3 up;                        /* the scene's vertical, in camera space */
   bool orthographic;
-  double focal;                    /* orthographic: pixels per unit; perspective: pixels per unit at distance 1 */
-  double cx, cy;                   /* pixel coordinates of the axis */
-  double near;                     /* nothing nearer than this is drawn; -HUGE_VAL: no limit */
-  double pixel;                    /* size of a pixel at the target, in scene units */
-  double stretch;                  /* how much a ball grows at the corner of a perspective picture, >= 1 */
+  double focal;   /* orthographic: pixels per unit; perspective: pixels per unit at distance 1 */
+  double cx, cy;  /* pixel coordinates of the axis */
+  double near;    /* nothing nearer than this is drawn; -HUGE_VAL: no limit */
+  double pixel;   /* size of a pixel at the target, in scene units */
+  double stretch; /* how much a ball grows at the corner of a perspective picture, >= 1 */
   hb_rect rect;
 } hb_lens;
 

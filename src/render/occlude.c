@@ -209,7 +209,8 @@ static int gather(const hb_occlusion *o, hb_v3 p, int *near, int most) {
   return count;
 }
 
-/* Share of the sky above a surface point that blockers take: the projected area of each, over distance squared. */
+/* Share of the sky above a surface point that blockers take: the projected area of each, over distance
+ * squared. */
 static double sky_taken(const hb_occlusion *o, hb_v3 p, hb_v3 n, const int *near, int count) {
   double taken = 0;
   for (int i = 0; i < count; i++) {

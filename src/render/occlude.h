@@ -20,11 +20,11 @@ typedef struct hb_buckets {
 } hb_buckets;
 
 typedef struct hb_occlusion {
-  hb_v3 key, e1, e2;       /* towards the lamp; two directions across */
+  hb_v3 key, e1, e2; /* towards the lamp; two directions across */
   hb_blocker *blocker;
   int blocker_count;
   double soft, most_soft, least_soft; /* half width of a shadow's edge: per distance; limits */
-  double x0, y0, cell;     /* the plane across the light, in cells */
+  double x0, y0, cell;                /* the plane across the light, in cells */
   int nx, ny;
   hb_buckets plane;        /* blockers whose shadow touches a cell */
   double reach, hash_cell; /* sky: how far a blocker counts */
@@ -33,9 +33,11 @@ typedef struct hb_occlusion {
 } hb_occlusion;
 
 /* key: unit vector towards the lamp, camera space. pixel: size of a pixel in the scene. */
-hb_status hb_occlusion_make(const hb_strands *strands, hb_v3 key, double pixel, hb_occlusion *out, hb_error *err);
+hb_status hb_occlusion_make(const hb_strands *strands, hb_v3 key, double pixel, hb_occlusion *out,
+                            hb_error *err);
 void hb_occlusion_free(hb_occlusion *occlusion);
-/* Share of the lamp that a point sees, 0..1; own: radius of the tube that the point is on, 0: not on a tube. */
+/* Share of the lamp that a point sees, 0..1; own: radius of the tube that the point is on, 0: not on a tube.
+ */
 double hb_occlusion_sun(const hb_occlusion *occlusion, hb_v3 p, double own);
 /* Place of the direction (x, y) on a square instead of a circle, 0 <= place < HB_AROUND: no arc tangent. */
 double hb_around(double x, double y);

@@ -15,9 +15,9 @@ typedef struct sheet {
   const hb_tube *tubes;
   int count;
   const hb_views *views;
-  int scale;      /* of the text */
+  int scale;                                /* of the text */
   double lo[3], hi[3], along[2], across[2]; /* the views' ranges made wide enough to be drawn */
-  double size;    /* largest extent */
+  double size;                              /* largest extent */
 } sheet;
 
 /* Makes a range at least `least` long, about its middle; a range without anything becomes one about zero. */
@@ -47,11 +47,14 @@ static void make_ranges(sheet *s) {
 
 /* A horizontal direction as a word: x, y, or a sum. */
 static void direction_name(const double d[3], char *out, size_t size) {
-  if (d[0] > 0.9999) snprintf(out, size, "x");
-  else if (d[1] > 0.9999) snprintf(out, size, "y");
+  if (d[0] > 0.9999)
+    snprintf(out, size, "x");
+  else if (d[1] > 0.9999)
+    snprintf(out, size, "y");
   else if (fabs(fabs(d[0]) - fabs(d[1])) < 1e-6)
-    snprintf(out, size, "(%sx %c y)/1.414", d[0] < 0 ? "-" : "", d[1] < 0 ? '-' : '+');
-  else snprintf(out, size, "%.2fx %c %.2fy", d[0], d[1] < 0 ? '-' : '+', fabs(d[1]));
+    snprintf(out, size, "(%sx%cy)/1.41", d[0] < 0 ? "-" : "", d[1] < 0 ? '-' : '+');
+  else
+    snprintf(out, size, "%.2fx%c%.2fy", d[0], d[1] < 0 ? '-' : '+', fabs(d[1]));
 }
 
 /* A flat view: which scene directions lead right and up, and their ranges. */
@@ -59,8 +62,8 @@ typedef struct flat {
   const char *title;
   const double *right, *up;
   double x[2], y[2];
-  hb_rect frame;   /* pixels */
-  double unit;     /* pixels per length */
+  hb_rect frame; /* pixels */
+  double unit;   /* pixels per length */
 } flat;
 
 /* Fits the ranges into the frame with equal scales, and widens them to fill it. */
@@ -81,7 +84,7 @@ static void flat_axes(const sheet *s, const flat *f) {
   int scale = s->scale, cap = HB_TEXT_CAP * scale;
   char text[32];
   hb_rect r = f->frame;
-  double step = hb_tick_step(f->x[1] - f->x[0], r.w / (64 * scale) + 1), first = ceil(f->x[0] / step);
+  double step = hb_tick_step(f->x[1] - f->x[0], r.w / (44 * scale) + 1), first = ceil(f->x[0] / step);
   for (int n = 0; n < 40 && (first + n) * step <= f->x[1]; n++) {
     double value = (first + n) * step;
     int x = r.x + (int)((value - f->x[0]) * f->unit + 0.5);
@@ -92,7 +95,7 @@ static void flat_axes(const sheet *s, const flat *f) {
     if (left + width > r.x + r.w + 4 * scale) left = r.x + r.w + 4 * scale - width;
     hb_image_text(s->image, left, r.y + r.h + 4 * scale, scale, muted, text);
   }
-  step = hb_tick_step(f->y[1] - f->y[0], r.h / (26 * scale) + 1);
+  step = hb_tick_step(f->y[1] - f->y[0], r.h / (17 * scale) + 1);
   first = ceil(f->y[0] / step);
   for (int n = 0; n < 40 && (first + n) * step <= f->y[1]; n++) {
     double value = (first + n) * step;
@@ -123,7 +126,7 @@ static hb_rect panel(const sheet *s, hb_rect r, const char *title, const char *a
 static hb_status draw_flat(const sheet *s, hb_rect area, flat *f, const char *axes, hb_error *err) {
   int scale = s->scale;
   hb_rect room = panel(s, area, f->title, axes);
-  int left = 44 * scale, bottom = 16 * scale, edge = 8 * scale;
+  int left = 40 * scale, bottom = 16 * scale, edge = 8 * scale;
   f->frame = (hb_rect){room.x + left, room.y, room.w - left - edge, room.h - bottom};
   if (f->frame.w < 8 || f->frame.h < 8) return HB_OK; /* too small a picture for it */
   fit_flat(f, s->size);
@@ -166,14 +169,15 @@ static void label(const sheet *s, const double at[2], const double from[2], cons
 
 /* Grid lines normal to axis k (0: x, 1: y) and numbers where they meet the near edge of the floor. */
 static void floor_lines(const sheet *s, const floor_plan *plan, int k, hb_rect clip) {
-  double a[2], b[2], centre[2], lo = plan->lo[k], hi = plan->hi[k], other[2] = {plan->lo[1 - k], plan->hi[1 - k]};
+  double a[2], b[2], centre[2], lo = plan->lo[k], hi = plan->hi[k],
+                                other[2] = {plan->lo[1 - k], plan->hi[1 - k]};
   double front = other[plan->near[1 - k]], inside = 0.5 * (other[0] + other[1]);
   char text[32];
   to_pixel(plan, k ? front : lo, k ? lo : front, plan->height, a);
   to_pixel(plan, k ? front : hi, k ? hi : front, plan->height, b);
   double length = sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]));
   double step = hb_tick_step(s->size, 8);
-  double label_step = hb_tick_step(hi - lo, (int)(length / (44 * s->scale)) + 1);
+  double label_step = hb_tick_step(hi - lo, (int)(length / (32 * s->scale)) + 1);
   for (double value = ceil(lo / step - 1e-9) * step; value <= hi + 1e-9 * step; value += step) {
     to_pixel(plan, k ? other[0] : value, k ? value : other[0], plan->height, a);
     to_pixel(plan, k ? other[1] : value, k ? value : other[1], plan->height, b);
@@ -183,7 +187,8 @@ static void floor_lines(const sheet *s, const floor_plan *plan, int k, hb_rect c
        value += label_step) {
     to_pixel(plan, k ? front : value, k ? value : front, plan->height, a);
     to_pixel(plan, k ? inside : value, k ? value : inside, plan->height, centre);
-    if (k && fabs(value - (plan->near[1] ? hi : lo)) * length < 20 * s->scale * (hi - lo)) continue; /* taken by x */
+    if (k && fabs(value - (plan->near[1] ? hi : lo)) * length < 20 * s->scale * (hi - lo))
+      continue; /* taken by x */
     hb_tick_text(text, sizeof text, value, label_step);
     label(s, a, centre, muted, text);
   }
@@ -210,7 +215,7 @@ static void vertical_axis(const sheet *s, const floor_plan *plan, hb_rect clip) 
   to_pixel(plan, x, y, plan->height, a);
   to_pixel(plan, x, y, plan->top, b);
   hb_draw_line(s->image, clip, a, b, 0.5 * s->scale, hairline);
-  double step = hb_tick_step(plan->top - plan->height, (int)(fabs(a[1] - b[1]) / (26 * s->scale)) + 1);
+  double step = hb_tick_step(plan->top - plan->height, (int)(fabs(a[1] - b[1]) / (18 * s->scale)) + 1);
   char text[32];
   for (double value = ceil(plan->height / step) * step; value <= plan->top + 1e-9 * step; value += step) {
     to_pixel(plan, x, y, value, a);
@@ -233,9 +238,10 @@ static void draw_floor(const sheet *s, const floor_plan *plan, hb_rect clip) {
   double corner[4][2];
   for (int k = 0; k < 2; k++) floor_lines(s, plan, k, clip);
   for (int k = 0; k < 4; k++)
-    to_pixel(plan, k == 1 || k == 2 ? plan->hi[0] : plan->lo[0], k > 1 ? plan->hi[1] : plan->lo[1], plan->height,
-             corner[k]);
-  for (int k = 0; k < 4; k++) hb_draw_line(s->image, clip, corner[k], corner[(k + 1) % 4], 0.5 * s->scale, hairline);
+    to_pixel(plan, k == 1 || k == 2 ? plan->hi[0] : plan->lo[0], k > 1 ? plan->hi[1] : plan->lo[1],
+             plan->height, corner[k]);
+  for (int k = 0; k < 4; k++)
+    hb_draw_line(s->image, clip, corner[k], corner[(k + 1) % 4], 0.5 * s->scale, hairline);
   vertical_axis(s, plan, clip);
 }
 
@@ -258,14 +264,16 @@ static hb_status draw_solid(const sheet *s, hb_rect area, hb_error *err) {
   const double *a = v->along, up[3] = {0, 0, 1};
   hb_v3 side = hb_v3_cross(hb_v3_load(a), (hb_v3){0, 0, 1}); /* towards the eye of the view along the rod */
   hb_v3 dir = hb_v3_axpy(hb_v3_scale(0.42, hb_v3_load(a)), 0.9, side);
-  double from[3] = {dir.x, dir.y, 0.46};
+  double tall = (s->hi[2] - s->lo[2]) / (0.6 * s->size); /* flat things are seen from higher up */
+  double from[3] = {dir.x, dir.y, 0.42 + 0.35 * (1 - fmin(tall, 1))};
   hb_camera camera;
   hb_camera_fit(lo, hi, from, up, false, (double)room.w / room.h, &camera);
   hb_lens_make(&camera, room, &plan.lens);
   plan.near[0] = dir.x > 0;
   plan.near[1] = dir.y > 0;
   draw_floor(s, &plan, (hb_rect){area.x + 1, area.y + 1, area.w - 2, area.h - 2});
-  return hb_render_view(s->image, room.x, room.y, room.w, room.h, s->tubes, s->count, &camera, &plan.height, err);
+  return hb_render_view(s->image, room.x, room.y, room.w, room.h, s->tubes, s->count, &camera, &plan.height,
+                        err);
 }
 
 /* Title and time above the panels; returns the height used. */
@@ -294,7 +302,10 @@ static const double vertical[3] = {0, 0, 1};
 
 /* The view along the rod: height over the principal direction. */
 static hb_status draw_side(const sheet *s, hb_rect area, hb_error *err) {
-  flat f = {.title = "along the rod", .right = s->views->along, .up = vertical, .x = {s->along[0], s->along[1]},
+  flat f = {.title = "along the rod",
+            .right = s->views->along,
+            .up = vertical,
+            .x = {s->along[0], s->along[1]},
             .y = {s->lo[2], s->hi[2]}};
   char name[32], axes[64];
   direction_name(s->views->along, name, sizeof name);
@@ -302,7 +313,8 @@ static hb_status draw_side(const sheet *s, hb_rect area, hb_error *err) {
   return draw_flat(s, area, &f, axes, err);
 }
 
-/* The view along its axis: height over the other horizontal direction; from above where the rod stands upright. */
+/* The view along its axis: height over the other horizontal direction; from above where the rod stands
+ * upright. */
 static hb_status draw_end(const sheet *s, hb_rect area, hb_error *err) {
   const hb_views *v = s->views;
   char across[32], along[32], axes[72];
@@ -311,7 +323,9 @@ static hb_status draw_end(const sheet *s, hb_rect area, hb_error *err) {
   if (v->upright) {
     hb_v3 up = hb_v3_cross((hb_v3){0, 0, 1}, hb_v3_load(v->along)), given = hb_v3_load(v->across);
     bool turned = hb_v3_dot(up, given) < 0; /* seen from above, not from below */
-    flat f = {.title = "along its axis", .right = turned ? v->across : v->along, .up = turned ? v->along : v->across};
+    flat f = {.title = "along its axis",
+              .right = turned ? v->across : v->along,
+              .up = turned ? v->along : v->across};
     const double *x = turned ? s->across : s->along, *y = turned ? s->along : s->across;
     for (int k = 0; k < 2; k++) {
       f.x[k] = x[k];
@@ -320,15 +334,18 @@ static hb_status draw_end(const sheet *s, hb_rect area, hb_error *err) {
     snprintf(axes, sizeof axes, "%s over %s", turned ? along : across, turned ? across : along);
     return draw_flat(s, area, &f, axes, err);
   }
-  flat f = {.title = "along its axis", .right = v->across, .up = vertical, .x = {s->across[0], s->across[1]},
+  flat f = {.title = "along its axis",
+            .right = v->across,
+            .up = vertical,
+            .x = {s->across[0], s->across[1]},
             .y = {s->lo[2], s->hi[2]}};
   snprintf(axes, sizeof axes, "z over %s", across);
   return draw_flat(s, area, &f, axes, err);
 }
 
 /* In space on the left; along the rod and along its axis on the right. */
-hb_status hb_render_views(hb_image *image, const hb_tube *tubes, int count, const hb_views *views, double time,
-                          const char *title, hb_error *err) {
+hb_status hb_render_views(hb_image *image, const hb_tube *tubes, int count, const hb_views *views,
+                          double time, const char *title, hb_error *err) {
   sheet s = {.image = image, .tubes = tubes, .count = count, .views = views};
   int by_height = (image->height + 200) / 360, by_width = image->width / 480;
   s.scale = by_height < by_width ? by_height : by_width;

@@ -8,8 +8,11 @@
 /* Halo of a tube in front: this many radii, and at most this many pixels, beyond its edge. */
 #define HALO_RADII 0.45
 #define HALO_PIXELS 7.0
+/* Radii from the front of a tube to where its halo begins to show. */
+#define HALO_BEHIND 2.4
 
-/* Sine, or more, of the turn from the piece before node i to the one after it; 1 where there is only one of them. */
+/* Sine, or more, of the turn from the piece before node i to the one after it; 1 where there is only one of
+ * them. */
 static double turn_at(const hb_strands *s, int i) {
   const hb_node *n = &s->node[i];
   if (n->first || n->last) return 1;
@@ -17,10 +20,13 @@ static double turn_at(const hb_strands *s, int i) {
   return fmin(hb_v3_norm(hb_v3_sub(a, b)), 1);
 }
 
-/* The visible side of a tilted cylinder is shifted on the screen towards its far end, by its radius times the tilt;
- * a joint adds a wedge. */
+/* The visible side of a tilted cylinder is shifted on the screen towards its far end, by its radius times the
+ * tilt; a joint adds a wedge. */
 static void set_slack(const hb_strands *s, int i, const hb_lens *lens, hb_piece *p) {
-  double length = sqrt(p->bb), tilt = length > 0 ? p->zd / length : 0, blur = sqrt(lens->stretch - 1);
+  hb_v3 middle = hb_v3_axpy(p->a, 0.5, p->ab),
+        sight = lens->orthographic ? (hb_v3){0, 0, 1} : hb_v3_unit(middle);
+  double length = sqrt(p->bb), tilt = length > 0 ? hb_v3_dot(p->ab, sight) / length : 0;
+  double blur = lens->orthographic ? 0 : 1.5 * (p->radius + length) / hb_v3_norm(middle);
   if (!(p->pp > 1e-6 * p->edge * p->edge)) { /* seen end-on: no way on the screen to speak of */
     p->slack[0] = p->slack[1] = p->wide + 1;
     return;
@@ -34,8 +40,13 @@ static bool prepare(const hb_strands *s, int i, const hb_lens *lens, hb_piece *p
   const hb_node *a = &s->node[i], *b = &s->node[i + 1];
   double radius = s->look[a->tube].radius, near = fmin(a->p.z, b->p.z) - radius;
   if (near <= lens->near) return false;
-  *p = (hb_piece){.a = a->p, .ab = hb_v3_sub(b->p, a->p), .radius = radius, .za = a->p.z,
-                  .arc = a->arc, .node = i, .strand = a->strand};
+  *p = (hb_piece){.a = a->p,
+                  .ab = hb_v3_sub(b->p, a->p),
+                  .radius = radius,
+                  .za = a->p.z,
+                  .arc = a->arc,
+                  .node = i,
+                  .strand = a->strand};
   p->bb = hb_v3_dot(p->ab, p->ab);
   p->zd = p->ab.z;
   double end[2];
@@ -44,7 +55,8 @@ static bool prepare(const hb_strands *s, int i, const hb_lens *lens, hb_piece *p
   for (int k = 0; k < 2; k++) p->pd[k] = end[k] - p->pa[k];
   p->pp = p->pd[0] * p->pd[0] + p->pd[1] * p->pd[1];
   p->edge = radius * lens->focal / (lens->orthographic ? 1 : near + radius);
-  p->wide = lens->orthographic ? p->edge * (1 + 1e-9) + 1e-6 : radius * lens->focal / near * lens->stretch + 0.5;
+  p->wide =
+      lens->orthographic ? p->edge * (1 + 1e-9) + 1e-6 : radius * lens->focal / near * lens->stretch + 0.5;
   p->halo = p->edge + fmin(HALO_RADII * p->edge, HALO_PIXELS) + 0.5;
   set_slack(s, i, lens, p);
   p->front = near;
@@ -100,7 +112,8 @@ static bool sort_tiles(hb_pieces *all, const hb_lens *lens) {
 
 /* Pieces of all strands, and the tiles that they touch. */
 hb_status hb_pieces_make(const hb_strands *s, const hb_lens *lens, hb_pieces *out, hb_error *err) {
-  *out = (hb_pieces){.nx = (lens->rect.w + HB_TILE - 1) / HB_TILE, .ny = (lens->rect.h + HB_TILE - 1) / HB_TILE};
+  *out =
+      (hb_pieces){.nx = (lens->rect.w + HB_TILE - 1) / HB_TILE, .ny = (lens->rect.h + HB_TILE - 1) / HB_TILE};
   out->piece = hb_alloc((size_t)s->count, sizeof *out->piece);
   if (!out->piece) return hb_fail_memory(err, "pieces of a picture");
   for (int i = 0; i + 1 < s->count; i++)
@@ -147,7 +160,11 @@ typedef struct brush {
   const hb_pieces *all;
   const hb_lens *lens;
   int corner[2]; /* its pixel */
-  enum { COARSE, FINE, HALO } pass; /* samples with even i and j; the others of busy pixels; halos on all of these */
+  enum {
+    COARSE,
+    FINE,
+    HALO
+  } pass; /* samples with even i and j; the others of busy pixels; halos on all of these */
 } brush;
 
 /* Narrows x[0]..x[1] to where lo <= a x + c <= hi. */
@@ -188,7 +205,7 @@ static inline double smooth(double x) {
 /* Darkens a sample that lies well behind the piece's axis and near its edge on the screen. */
 static inline void test_halo(const brush *b, int k, const hb_piece *p, double x, double y) {
   hb_tile *tile = b->tile;
-  double behind = (tile->depth[k] - p->front) / p->radius - 2.4;
+  double behind = (tile->depth[k] - p->front) / p->radius - HALO_BEHIND;
   if (!(behind > 0) || tile->piece[k] < 0) return;
   x -= p->pa[0];
   y -= p->pa[1];
@@ -250,7 +267,8 @@ static bool differ(const hb_tile *tile, const hb_pieces *all, int k, int l) {
   return fabs(tile->depth[k] - tile->depth[l]) > 0.5 * all->piece[tile->piece[k]].radius;
 }
 
-/* Marks the pixels that need all their samples: near an edge, and at the tile's rim, whose neighbours are unknown. */
+/* Marks the pixels that need all their samples: near an edge, and at the tile's rim, whose neighbours are
+ * unknown. */
 static void mark_busy(hb_tile *tile, const hb_pieces *all) {
   enum { STEP = HB_FINE / 2, LAST = HB_TILE - 1 };
   for (int y = 0; y < HB_TILE; y++)
@@ -276,6 +294,14 @@ static bool deep(const hb_pieces *all, int tile) {
   return hi - lo > 1.5 * radius;
 }
 
+/* The farthest hit in a tile. */
+static double deepest(const hb_tile *tile) {
+  double depth = -HUGE_VAL;
+  for (int k = 0; k < HB_TILE_SIDE * HB_TILE_SIDE; k++)
+    if (tile->piece[k] >= 0 && tile->depth[k] > depth) depth = tile->depth[k];
+  return depth;
+}
+
 /* All pieces of the tile. */
 static void draw_pieces(const brush *b, int tile) {
   for (int n = b->all->start[tile]; n < b->all->start[tile + 1]; n++) draw_piece(b, b->all->item[n]);
@@ -295,6 +321,10 @@ void hb_tile_draw(hb_tile *tile, const hb_pieces *pieces, const hb_lens *lens, i
   b.pass = FINE;
   draw_pieces(&b, index);
   if (!deep(pieces, index)) return;
+  double depth = deepest(tile);
   b.pass = HALO;
-  draw_pieces(&b, index);
+  for (int n = pieces->start[index]; n < pieces->start[index + 1]; n++) {
+    const hb_piece *p = &pieces->piece[pieces->item[n]];
+    if (depth > p->front + HALO_BEHIND * p->radius) draw_piece(&b, pieces->item[n]);
+  }
 }

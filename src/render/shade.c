@@ -1,4 +1,5 @@
-/* Light on tubes: key lamp with shadow and gloss, sky and ground, rim lamp, dark halo behind tubes in front. */
+/* Light on tubes: key lamp with shadow and gloss, sky and ground, rim lamp, dark halo behind tubes in front.
+ */
 #include "render/shade.h"
 
 static const double key_light[3] = {0.86, 0.83, 0.77};
@@ -41,9 +42,9 @@ static double around(const float *table, int node, double place) {
 /* A surface point with what the tables say about it. */
 typedef struct surface {
   hb_v3 n, ray;
-  double along;      /* fraction of the piece */
+  double along; /* fraction of the piece */
   double sun, sky;
-  double stripe;     /* 0..1 */
+  double stripe; /* 0..1 */
 } surface;
 
 /* Normal of the smooth tube at the point p of a piece: ends of a strand stay round. */

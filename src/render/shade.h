@@ -18,6 +18,7 @@ hb_v3 hb_key_light(const hb_lens *lens);
 /* Where the rim lamp stands, and so on. */
 void hb_shading_make(hb_shading *shading);
 /* Light from sample k of the tile, that has met a piece; x, y: its pixel coordinates. */
-void hb_shade_sample(const hb_shading *shading, const hb_tile *tile, int k, double x, double y, double light[3]);
+void hb_shade_sample(const hb_shading *shading, const hb_tile *tile, int k, double x, double y,
+                     double light[3]);
 
 #endif

@@ -1,14 +1,15 @@
 /* From the polygon of a simulation to a smooth tube.
  *
- * The centreline goes through the vertices as a cubic whose direction at a vertex is the mean of its edges, weighted
- * by the other edge's length; twenty-five vertices then look like a rod and not like a chain. */
+ * The centreline goes through the vertices as a cubic whose direction at a vertex is the mean of its edges,
+ * weighted by the other edge's length; twenty-five vertices then look like a rod and not like a chain. */
 #include "render/strand.h"
 
 #include "base/memory.h"
 #include "math/rotation.h"
 
-/* Radians of turning, and of twist, in one piece at most. */
-#define TURN_PER_PIECE 0.08
+/* Radians of turning, and of twist, in one piece at most; pixels between a piece and its arc at most. */
+#define TURN_PER_PIECE 0.25
+#define SAG_PER_PIECE 0.12
 #define TWIST_PER_PIECE 0.25
 /* Nodes that a picture may have beyond one per vertex. */
 #define MOST_NODES 400000.0
@@ -36,7 +37,9 @@ static hb_v3 turn(const hb_lens *lens, hb_v3 d) {
 }
 
 /* Unit tangent of edge j; zero where its vertices coincide. */
-static hb_v3 edge_tangent(const cutter *c, int j) { return hb_v3_unit(hb_v3_sub(vertex(c, j + 1), vertex(c, j))); }
+static hb_v3 edge_tangent(const cutter *c, int j) {
+  return hb_v3_unit(hb_v3_sub(vertex(c, j + 1), vertex(c, j)));
+}
 
 /* Slope of the centreline, per length, at vertex i of the strand from .. to. */
 static hb_v3 slope(const cutter *c, int i, int from, int to) {
@@ -69,6 +72,7 @@ static int cuts(const cutter *c, int j, int from, int to) {
   double wish = length / (1.5 * c->radius);
   double bend = hb_v3_norm(hb_v3_sub(slope(c, j + 1, from, to), slope(c, j, from, to)));
   wish = fmax(wish, bend / TURN_PER_PIECE);
+  wish = fmax(wish, sqrt(length / c->lens->pixel * bend / (8 * SAG_PER_PIECE)));
   hb_v3 m, n;
   if (j > from && director(c, j - 1, &m) && director(c, j, &n))
     wish = fmax(wish, hb_v3_norm(hb_v3_sub(m, n)) / TWIST_PER_PIECE);
@@ -84,7 +88,8 @@ static hb_v3 between(hb_v3 a, hb_v3 b, double f) {
     if (!(hb_v3_norm(sum) > 1e-6)) return a;
     hb_v3 middle = hb_v3_unit(sum);
     f *= 2;
-    if (f < 1) b = middle;
+    if (f < 1)
+      b = middle;
     else {
       a = middle;
       f -= 1;
@@ -164,8 +169,8 @@ static bool next_strand(const hb_tube *tube, int *from, int *to) {
   }
 }
 
-/* Colours as linear light. The stripe is amber on cold colours and ink on warm ones: both stand out against the tube
- * and against a light page. */
+/* Colours as linear light. The stripe is amber on cold colours and ink on warm ones: both stand out against
+ * the tube and against a light page. */
 static void choose_colors(const hb_tube *tube, hb_look *look) {
   const double amber[3] = {0.90, 0.48, 0.13}, ink[3] = {0.016, 0.030, 0.070};
   for (int k = 0; k < 3; k++) {
@@ -201,7 +206,8 @@ static double walk(const hb_tube *tubes, int count, const hb_lens *lens, double 
   for (int i = 0; i < count; i++) {
     cutter c = {&tubes[i], lens, i, drawn_radius(tubes[i].radius, lens), thin};
     for (int from = 0, to = 0; next_strand(&tubes[i], &from, &to); from = to + 1) {
-      if (out) cut(&c, from, to, out);
+      if (out)
+        cut(&c, from, to, out);
       else
         for (int j = from; j < to; j++) total += cuts(&c, j, from, to) + (j == to - 1);
     }
@@ -210,7 +216,8 @@ static double walk(const hb_tube *tubes, int count, const hb_lens *lens, double 
 }
 
 /* Counts first, then cuts, so that there is one allocation. */
-hb_status hb_strands_make(const hb_tube *tubes, int count, const hb_lens *lens, hb_strands *out, hb_error *err) {
+hb_status hb_strands_make(const hb_tube *tubes, int count, const hb_lens *lens, hb_strands *out,
+                          hb_error *err) {
   *out = (hb_strands){0};
   double thin = 1, total = walk(tubes, count, lens, thin, NULL);
   if (total > MOST_NODES) {

@@ -6,10 +6,10 @@
 
 /* A point of a smoothed centreline. */
 typedef struct hb_node {
-  hb_v3 p, t;   /* place and unit tangent */
-  hb_v3 u;      /* unit normal, carried along the tube without twist: angles around the tube count from it */
-  hb_v3 m;      /* first director; zero: no stripe here */
-  double arc;   /* length along the strand */
+  hb_v3 p, t; /* place and unit tangent */
+  hb_v3 u;    /* unit normal, carried along the tube without twist: angles around the tube count from it */
+  hb_v3 m;    /* first director; zero: no stripe here */
+  double arc; /* length along the strand */
   int tube, strand;
   bool first, last; /* of its strand; a piece goes from every node but the last to the next one */
 } hb_node;
@@ -24,13 +24,14 @@ typedef struct hb_strands {
   hb_node *node;
   int count;
   hb_look *look;
-  double radius;     /* the largest */
-  double size;       /* diagonal of the box around the nodes */
-  hb_v3 lo, hi;      /* that box, without the radius */
+  double radius; /* the largest */
+  double size;   /* diagonal of the box around the nodes */
+  hb_v3 lo, hi;  /* that box, without the radius */
 } hb_strands;
 
 /* A tube's stretch with a place that is not a finite number falls apart into strands. */
-hb_status hb_strands_make(const hb_tube *tubes, int count, const hb_lens *lens, hb_strands *out, hb_error *err);
+hb_status hb_strands_make(const hb_tube *tubes, int count, const hb_lens *lens, hb_strands *out,
+                          hb_error *err);
 void hb_strands_free(hb_strands *strands);
 
 #endif

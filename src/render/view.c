@@ -107,7 +107,8 @@ static void draw_tile(const view *v, hb_tile *tile, int tx, int ty) {
       if (corner[0] + px < 0 || corner[1] + py < 0) continue;
       const int at[2] = {px, py};
       double dark = shaded ? shadow_at(shadow, px, py) : 0;
-      if (tubes) resolve(v, tile, at, corner, dark);
+      if (tubes)
+        resolve(v, tile, at, corner, dark);
       else if (dark > 0) {
         unsigned char *rgb = pixel(v, corner[0] + px, corner[1] + py);
         for (int c = 0; c < 3; c++) rgb[c] = to_byte(background(rgb[c], dark, c));
@@ -119,7 +120,8 @@ static void draw_tile(const view *v, hb_tile *tile, int tx, int ty) {
 hb_status hb_render_view(hb_image *image, int x0, int y0, int w, int h, const hb_tube *tubes, int count,
                          const hb_camera *camera, const double *ground, hb_error *err) {
   if (w < 1 || h < 1 || w > 16384 || h > 16384)
-    return hb_fail(err, HB_ERR_INPUT, "the view's size is %d x %d; each side must be 1 to 16384 pixels", w, h);
+    return hb_fail(err, HB_ERR_INPUT, "the view's size is %d x %d; each side must be 1 to 16384 pixels", w,
+                   h);
   hb_lens lens;
   hb_strands strands;
   hb_pieces pieces = {0};

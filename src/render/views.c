@@ -7,7 +7,9 @@
 static bool usable(const double *p) { return fabs(p[0]) < 1e100 && fabs(p[1]) < 1e100 && fabs(p[2]) < 1e100; }
 
 /* Radius of a tube, 0 where it makes no sense. */
-static double radius_of(const hb_tube *tube) { return tube->radius > 0 && tube->radius < 1e100 ? tube->radius : 0; }
+static double radius_of(const hb_tube *tube) {
+  return tube->radius > 0 && tube->radius < 1e100 ? tube->radius : 0;
+}
 
 /* Nothing seen yet. */
 void hb_views_start(hb_views *v) {
@@ -43,8 +45,8 @@ void hb_views_add(hb_views *v, const hb_tube *tubes, int count) {
   }
 }
 
-/* Principal direction of a symmetric 2 x 2 matrix a b; b c, by square roots alone. Coordinate axes where the points
- * show no direction (false); exactly a coordinate axis where they nearly lie along it. */
+/* Principal direction of a symmetric 2 x 2 matrix a b; b c, by square roots alone. Coordinate axes where the
+ * points show no direction (false); exactly a coordinate axis where they nearly lie along it. */
 static bool principal(double a, double b, double c, double out[2]) {
   double half = 0.5 * (a - c), root = sqrt(half * half + b * b), mean = 0.5 * (a + c);
   out[0] = 1;

@@ -13,6 +13,8 @@
 
 /* Turns longer than this are shortened: Newton's model of a cosine is no good beyond. */
 #define LONGEST_TURN 1.0
+/* A pivot below this part of its diagonal is better known from the sum of what makes it. */
+#define SOFT 1e-9
 /* A gradient below this part of the terms that it is made of is round-off. */
 #define ROUND_OFF (64 * DBL_EPSILON)
 
@@ -75,11 +77,18 @@ static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, con
   return look;
 }
 
+/* The last pivot of a chain of edges that nothing holds: where bending is next to nothing beside twisting, elimination
+ * leaves only round-off of it, but it is the stiffness against turning all edges alike, the sum of their bending parts.
+ * Where that is negative its size is taken (the step then goes downhill); where it is 0 the chain is not turned. */
+static double soft_pivot(double bending_sum) { return bending_sum != 0 ? fabs(bending_sum) : HUGE_VAL; }
+
 /* L D L^T of the tridiagonal Hessian with held edges taken out; false if a pivot is not clearly positive. */
 static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double shift) {
   int ne = rod->nv - 1;
+  bool loose = true; /* edges of this chain so far are coupled to no held one */
+  double bending_sum = 0;
   for (int j = 0; j < ne; j++) {
-    double bend = w->bending_diagonal[j], off = j > 0 && !w->held[j - 1] ? w->off_diagonal[j] : 0;
+    double bend = w->bending_diagonal[j], link = j > 0 ? w->off_diagonal[j] : 0, ahead = j + 1 < ne ? w->off_diagonal[j + 1] : 0;
     if (convex && bend < 0) bend = 0;
     double pivot = w->diagonal[j] + bend + shift, right = -w->gradient[j], whole = fabs(pivot);
     if (w->held[j]) {
@@ -87,12 +96,16 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
       w->delta[j] = 0;
       continue;
     }
-    if (off != 0) {
-      double ratio = off * w->pivot[j - 1];
-      pivot -= ratio * off;
+    if (link == 0) bending_sum = 0;
+    loose = link == 0 || (loose && !w->held[j - 1]);
+    bending_sum += bend + shift;
+    if (link != 0 && !w->held[j - 1]) {
+      double ratio = link * w->pivot[j - 1];
+      pivot -= ratio * link;
       right -= ratio * w->delta[j - 1];
     }
-    if (!(pivot > 1e-13 * whole) || pivot == 0) return false;
+    if (loose && ahead == 0 && fabs(pivot) < SOFT * whole) pivot = soft_pivot(bending_sum);
+    else if (!(pivot > 1e-13 * whole) || pivot == 0) return false;
     w->pivot[j] = 1 / pivot;
     w->delta[j] = right;
   }

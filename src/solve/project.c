@@ -7,6 +7,8 @@
 
 /* Rows whose pivot falls below this part of its diagonal hang on the others: no room to move. */
 #define SINGULAR 1e-13
+/* Along fixed directions the lengths may have no solution at all; Newton that has not converged by then never will. */
+#define SHAKE_ITERATIONS 16
 
 /* Arrays for the longest rod. */
 hb_status hb_project_work_create(const hb_model *model, hb_project_work *w, hb_error *err) {
@@ -258,6 +260,7 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
     memset(lambda + rod->first, 0, (size_t)rod->nv * sizeof *lambda);
   }
   const system lengths = {model, rod, x, v, w, x_old != NULL, relative, LENGTHS};
+  int limit = x_old && method->max_projections > SHAKE_ITERATIONS ? SHAKE_ITERATIONS : method->max_projections;
   const effect correction = {x, v, 1, 1 / h, x_old ? w->direction : w->gradient,
                              lambda ? lambda + rod->first : NULL, relative};
   for (;;) {
@@ -265,7 +268,7 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
     result->error = found.worst;
     result->edge = found.edge;
     if (found.worst <= method->length_tolerance) return HB_OK;
-    if (!(found.worst < HUGE_VAL) || result->iterations >= method->max_projections)
+    if (!(found.worst < HUGE_VAL) || result->iterations >= limit)
       return not_converged(model, rod, result, err);
     double left = spread(model, rod, w, &correction);
     result->iterations++;

@@ -80,6 +80,13 @@ void hb_stepper_keep(hb_stepper *s, const hb_rod *rod) {
     s->torque_old[k] = s->state->frame_torque[k];
 }
 
+/* Back to where the step began. */
+void hb_stepper_undo(hb_stepper *s, const hb_rod *rod) {
+  size_t o = 3 * (size_t)rod->first, n = 3 * (size_t)rod->nv * sizeof(double);
+  memcpy(s->state->x + o, s->x_old + o, n);
+  memcpy(s->state->v + o, s->v_old + o, n);
+}
+
 /* v += kick M^-1 force. */
 void hb_stepper_kick(hb_stepper *s, const hb_rod *rod, double h) {
   size_t from = 3 * (size_t)rod->first, to = from + 3 * (size_t)rod->nv;
@@ -186,7 +193,7 @@ hb_status hb_stepper_project(hb_stepper *s, const hb_rod *rod, double h, bool at
   hb_status status = hb_project_positions(s->model, rod, s->state->x, s->state->v, h, at_old ? s->x_old : NULL,
                                           s->state->lambda, &s->project_work, &p, err);
   s->state->scalar[HB_S_PROJECTIONS] += p.iterations;
-  if (p.error > s->length_error) s->length_error = p.error;
+  if (!status && p.error > s->length_error) s->length_error = p.error;
   return status;
 }
 

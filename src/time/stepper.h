@@ -37,6 +37,8 @@ void hb_stepper_end(hb_stepper *stepper, hb_stage stage);
 
 /* Keeps x and v of a rod as x_old, v_old. */
 void hb_stepper_keep(hb_stepper *stepper, const hb_rod *rod);
+/* Puts x_old and v_old of a rod back. */
+void hb_stepper_undo(hb_stepper *stepper, const hb_rod *rod);
 /* v += h M^-1 force on free coordinates; with drift also x += h v. */
 void hb_stepper_kick(hb_stepper *stepper, const hb_rod *rod, double h);
 void hb_stepper_kick_drift(hb_stepper *stepper, const hb_rod *rod, double kick, double drift);

@@ -11,14 +11,31 @@ static const double *predicted_velocities(hb_stepper *s, const hb_rod *rod) {
   return s->v_predicted;
 }
 
+/* Half kick and drift to the end of the step, supports in their places. */
+static void move(hb_stepper *s, const hb_rod *rod, double t, double h) {
+  hb_stepper_kick_drift(s, rod, 0.5 * h, h);
+  hb_stepper_place(s, rod, t, h, false);
+}
+
+/* Lengths along the old gradient. Where a rod is taut and straight that gradient has no part across the rod, and
+ * supports that come closer leave it no solution: then once more with the gradient that follows the iterate. Such steps
+ * are counted; they are first order. */
+static hb_status fit_lengths(hb_stepper *s, const hb_rod *rod, double t, double h, hb_error *err) {
+  hb_status status = hb_stepper_project(s, rod, h, true, err);
+  if (status != HB_ERR_NUMERIC) return status;
+  hb_stepper_undo(s, rod);
+  move(s, rod, t, h);
+  s->state->scalar[HB_S_FALLBACKS]++;
+  return hb_stepper_project(s, rod, h, false, err);
+}
+
 /* One rod. */
 static hb_status step_rod(hb_stepper *s, const hb_rod *rod, double t, double h, hb_error *err) {
   hb_stepper_begin(s);
   hb_stepper_keep(s, rod);
-  hb_stepper_kick_drift(s, rod, 0.5 * h, h);
-  hb_stepper_place(s, rod, t, h, false);
+  move(s, rod, t, h);
   hb_stepper_end(s, HB_STAGE_MOVE);
-  hb_status status = hb_stepper_project(s, rod, h, true, err);
+  hb_status status = fit_lengths(s, rod, t, h, err);
   if (status) return status;
   hb_stepper_end(s, HB_STAGE_PROJECT);
   hb_stepper_book_work(s, rod, h);

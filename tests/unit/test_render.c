@@ -111,13 +111,16 @@ static int count_drawn(const hb_image *image) {
 
 /* A parallel view along +y of `height` units around the origin: 1 unit is image height / height pixels. */
 static hb_camera front(double height) {
-  return (hb_camera){.eye = {0, -10, 0}, .target = {0, 0, 0}, .up = {0, 0, 1}, .orthographic = true, .height = height};
+  return (hb_camera){
+      .eye = {0, -10, 0}, .target = {0, 0, 0}, .up = {0, 0, 1}, .orthographic = true, .height = height};
 }
 
 /* One tube drawn over the whole picture. */
-static void draw(hb_image *image, const hb_tube *tubes, int count, const hb_camera *camera, const double *ground) {
+static void draw(hb_image *image, const hb_tube *tubes, int count, const hb_camera *camera,
+                 const double *ground) {
   hb_error err = {HB_OK, ""};
-  assert_int_equal(hb_render_view(image, 0, 0, image->width, image->height, tubes, count, camera, ground, &err), HB_OK);
+  assert_int_equal(
+      hb_render_view(image, 0, 0, image->width, image->height, tubes, count, camera, ground, &err), HB_OK);
 }
 
 /* A straight tube has its width and length, to a pixel. */
@@ -219,7 +222,8 @@ static void test_stripe_turns(void **state) {
   hb_camera camera = front(3);
   hb_image image = blank(500, 300);
   draw(&image, &tube, 1, &camera, NULL);
-  /* Along the middle line the director faces the viewer (-y) only about half a turn: the middle of the rod. */
+  /* Along the middle line the director faces the viewer (-y) only about half a turn: the middle of the rod.
+   */
   for (int x = 60; x < 440; x += 10) {
     const unsigned char *p = pixel(&image, x, 150);
     double part = (x - 50) / 400.0, off = fabs(part - 0.5);
@@ -305,7 +309,10 @@ static void test_survives(void **state) {
     memcpy(xyz, values, sizeof xyz);
     memcpy(m1, values + 18, sizeof m1);
     if (trial % 3 == 0) memcpy(xyz + 6, xyz + 3, 3 * sizeof(double)); /* coincident vertices */
-    const hb_tube tube = {.xyz = xyz, .m1 = trial & 1 ? m1 : NULL, .nv = trial % (NV + 1), .radius = values[40] * 0.2,
+    const hb_tube tube = {.xyz = xyz,
+                          .m1 = trial & 1 ? m1 : NULL,
+                          .nv = trial % (NV + 1),
+                          .radius = values[40] * 0.2,
                           .color = {values[41], values[42], values[43]}};
     hb_camera camera = {.orthographic = trial % 2, .height = values[44]};
     for (int k = 0; k < 3; k++) {
@@ -316,7 +323,8 @@ static void test_survives(void **state) {
     hb_image image = blank(48, 32);
     hb_error err = {HB_OK, ""};
     assert_int_equal(hb_render_view(&image, -5, 3, 60, 40, &tube, 1, &camera, &values[54], &err), HB_OK);
-    assert_int_equal(hb_render_three_views(&image, &tube, 1, values + 55, values + 58, values[61], "odd", &err), HB_OK);
+    assert_int_equal(
+        hb_render_three_views(&image, &tube, 1, values + 55, values + 58, values[61], "odd", &err), HB_OK);
     hb_image_free(&image);
   }
 }
@@ -461,7 +469,8 @@ static void test_files(void **state) {
   hb_image_free(&image);
   image = blank(33, 17);
   assert_int_equal(hb_image_write_png(&image, "no/such/directory/a.png", &err), HB_ERR_IO);
-  assert_string_equal(err.text, "no/such/directory/a.png: the picture cannot be written: No such file or directory");
+  assert_string_equal(err.text,
+                      "no/such/directory/a.png: the picture cannot be written: No such file or directory");
   assert_int_equal(hb_render_view(&image, 0, 0, 0, 5, NULL, 0, &(hb_camera){0}, NULL, &err), HB_ERR_INPUT);
   char path[512], part[520];
   const char *scratch = getenv("HEBRA_SCRATCH");
@@ -483,8 +492,8 @@ static void test_files(void **state) {
   hb_image_free(&image);
 }
 
-/* Pictures that must not change unseen. After a change that is meant, look at the pictures (set HEBRA_KEEP_PICTURES to
- * a directory) and take over the hashes that the test prints. */
+/* Pictures that must not change unseen. After a change that is meant, look at the pictures (set
+ * HEBRA_KEEP_PICTURES to a directory) and take over the hashes that the test prints. */
 static void check_golden(const char *name, const hb_image *image, uint64_t expected) {
   const char *keep = getenv("HEBRA_KEEP_PICTURES");
   if (keep) {
@@ -493,7 +502,8 @@ static void check_golden(const char *name, const hb_image *image, uint64_t expec
     assert_int_equal(hb_image_write_png(image, path, NULL), HB_OK);
   }
   uint64_t actual = hash(image);
-  if (actual != expected) print_error("%s: the picture's hash is 0x%016llx\n", name, (unsigned long long)actual);
+  if (actual != expected)
+    print_error("%s: the picture's hash is 0x%016llx\n", name, (unsigned long long)actual);
   assert_true(actual == expected);
 }
 
@@ -537,19 +547,22 @@ static void test_golden_three_views(void **state) {
   const hb_tube tube = {.xyz = xyz, .m1 = m1, .nv = 25, .radius = 0.02, .color = {0.15, 0.44, 0.53}};
   hb_image image = blank(960, 540);
   hb_error err;
-  assert_int_equal(hb_render_three_views(&image, &tube, 1, lo, hi, 0.25, "Straight rod, three half turns", &err), HB_OK);
+  assert_int_equal(
+      hb_render_three_views(&image, &tube, 1, lo, hi, 0.25, "Straight rod, three half turns", &err), HB_OK);
   check_golden("three-views", &image, GOLDEN_THREE_VIEWS);
   hb_image_free(&image);
 }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_silhouette),     cmocka_unit_test(test_no_cracks),  cmocka_unit_test(test_depth),
-      cmocka_unit_test(test_stripe),         cmocka_unit_test(test_stripe_turns), cmocka_unit_test(test_shadow),
-      cmocka_unit_test(test_thin),           cmocka_unit_test(test_not_a_number), cmocka_unit_test(test_survives),
-      cmocka_unit_test(test_nothing),        cmocka_unit_test(test_camera_fit), cmocka_unit_test(test_views),
-      cmocka_unit_test(test_tools),          cmocka_unit_test(test_text),       cmocka_unit_test(test_files),
-      cmocka_unit_test(test_golden_trefoil), cmocka_unit_test(test_golden_helix),
-      cmocka_unit_test(test_golden_three_views)};
+      cmocka_unit_test(test_silhouette),   cmocka_unit_test(test_no_cracks),
+      cmocka_unit_test(test_depth),        cmocka_unit_test(test_stripe),
+      cmocka_unit_test(test_stripe_turns), cmocka_unit_test(test_shadow),
+      cmocka_unit_test(test_thin),         cmocka_unit_test(test_not_a_number),
+      cmocka_unit_test(test_survives),     cmocka_unit_test(test_nothing),
+      cmocka_unit_test(test_camera_fit),   cmocka_unit_test(test_views),
+      cmocka_unit_test(test_tools),        cmocka_unit_test(test_text),
+      cmocka_unit_test(test_files),        cmocka_unit_test(test_golden_trefoil),
+      cmocka_unit_test(test_golden_helix), cmocka_unit_test(test_golden_three_views)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
