@@ -111,7 +111,10 @@ static void draw_vector(cli_chart *c, const char *name, const char *title, const
   cli_chart_say(c, "\n");
 }
 
+/* Linear momentum. */
 static void draw_momentum(cli_chart *c) { draw_vector(c, "momentum", "Momentum", "mass*length/time"); }
+
+/* Angular momentum. */
 static void draw_angular(cli_chart *c) {
   draw_vector(c, "angular_momentum", "Angular momentum", "mass*length^2/time");
 }
@@ -224,9 +227,12 @@ static void draw_supports(cli_chart *c, const char *name, int components, const 
   cli_chart_say(c, "\n");
 }
 
+/* Forces of the supports. */
 static void draw_reactions(cli_chart *c) {
   draw_supports(c, "reaction", 3, "Reactions of the supports", "force");
 }
+
+/* Torques of the clamps. */
 static void draw_torque(cli_chart *c) {
   draw_supports(c, "torque", 1, "Torque of the clamps about the rod", "force*length");
 }
@@ -272,9 +278,16 @@ static void draw_along(cli_chart *c, const char *name, const char *title) {
   cli_chart_say(c, "\nset xrange [*:*]\n");
 }
 
+/* Curvature along the rod. */
 static void draw_curvature(cli_chart *c) { draw_along(c, "curvature", "Curvature"); }
+
+/* Twist per length along the rod. */
 static void draw_twist_density(cli_chart *c) { draw_along(c, "twist_density", "Twist density"); }
+
+/* Axial force along the rod. */
 static void draw_tension(cli_chart *c) { draw_along(c, "tension", "Tension"); }
+
+/* Twisting moment along the rod. */
 static void draw_moment(cli_chart *c) { draw_along(c, "twisting_moment", "Twisting moment"); }
 
 const cli_chart_kind cli_chart_kinds[] = {

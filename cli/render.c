@@ -271,7 +271,7 @@ static double round_up(double value) {
 }
 
 /* Arguments of ffmpeg: raw frames in, a film at `part` out. */
-static void film_arguments(const request *r, const char *part, char room[3][64], const char *argv[40]) {
+static void film_arguments(const request *r, const char *part, char room[2][64], const char *argv[40]) {
   int n = 0;
   snprintf(room[0], sizeof room[0], "%dx%d", r->width, r->height);
   snprintf(room[1], sizeof room[1], "%d", r->fps);
@@ -320,10 +320,22 @@ static hb_status feed(studio *s, cli_pipe *pipe, double step, long count, hb_err
   return status;
 }
 
+/* Starts ffmpeg and feeds it. */
+static hb_status encode(studio *s, const char *part, double step, long count, hb_error *err) {
+  char room[2][64];
+  const char *argv[40];
+  cli_pipe pipe;
+  film_arguments(&s->ask, part, room, argv);
+  hb_status status = cli_pipe_open(&pipe, argv, "ffmpeg", NULL, err);
+  if (status != HB_OK) return status;
+  status = feed(s, &pipe, step, count, err);
+  hb_status closing = cli_pipe_close(&pipe, status == HB_OK ? err : NULL);
+  return status == HB_OK ? closing : status;
+}
+
 /* A film of the whole trajectory. */
 static hb_status make_film(studio *s, hb_error *err) {
-  char part[TEXT_ROOM], room[3][64];
-  const char *argv[40];
+  char part[TEXT_ROOM];
   request *r = &s->ask;
   double duration = s->times[s->info->frames - 1] - s->times[0];
   if (!(r->speed > 0)) r->speed = duration > 0 ? round_up(0.8 * duration / USUAL_LENGTH) : 1;
@@ -333,16 +345,12 @@ static hb_status make_film(studio *s, hb_error *err) {
                    "the film would have %.3g frames; a larger --speed or a smaller --fps is needed", wanted);
   if (!part_name(r->out, part, sizeof part))
     return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
-  hb_status status = survey(s, 0, s->info->frames - 1, err);
-  if (status != HB_OK) return status;
-  film_arguments(r, part, room, argv);
-  cli_pipe pipe;
-  status = cli_pipe_open(&pipe, argv, "ffmpeg", NULL, err);
-  if (status != HB_OK) return status;
-  status = feed(s, &pipe, step, (long)wanted, err);
-  hb_status closing = cli_pipe_close(&pipe, status == HB_OK ? err : NULL);
-  if (status == HB_OK) status = closing;
   const char *file = part + strlen("file:");
+  FILE *probe = fopen(file, "wb"); /* so that the sentence names the film and not the program */
+  if (!probe) return hb_fail(err, HB_ERR_IO, "%s: the film cannot be written: %s", r->out, strerror(errno));
+  fclose(probe);
+  hb_status status = survey(s, 0, s->info->frames - 1, err);
+  if (status == HB_OK) status = encode(s, part, step, (long)wanted, err);
   if (status == HB_OK && rename(file, r->out) != 0)
     status = hb_fail(err, HB_ERR_IO, "%s: the film cannot be put in place: %s", r->out, strerror(errno));
   if (status != HB_OK)

@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 #include "cli/progress.h"
 #include "cli/watch.h"
+#include "base/memory.h"
 #include "output/report.h"
 
 #include <errno.h>
@@ -118,6 +119,18 @@ static hb_status make_directory(const char *path, hb_error *err) {
   }
 }
 
+/* A restarted scene still belongs to the directory of its scene file, not to that of the checkpoint. */
+static hb_status keep_base(run *r, hb_error *err) {
+  const char *base = r->saved.base_dir ? r->saved.base_dir : ".";
+  size_t size = strlen(base) + sizeof "/scene";
+  char *path = hb_alloc(size, 1);
+  if (!path) return hb_fail_memory(err, "path of the scene");
+  snprintf(path, size, "%s/scene", base);
+  hb_free(r->def.path);
+  r->def.path = path;
+  return HB_OK;
+}
+
 /* Scene from its file, or from inside a checkpoint. */
 static hb_status read_scene(run *r, hb_error *err) {
   if (r->opt.scene)
@@ -126,8 +139,9 @@ static hb_status read_scene(run *r, hb_error *err) {
   if (status) return status;
   if (!r->saved.source)
     return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint holds no scene to go on with", r->opt.restart);
-  return hb_scene_parse(r->saved.source, strlen(r->saved.source), r->opt.restart, r->saved.base_dir, NULL, 0, &r->def,
-                        err);
+  status = hb_scene_parse(r->saved.source, strlen(r->saved.source), r->opt.restart, r->saved.base_dir, NULL, 0, &r->def,
+                          err);
+  return status ? status : keep_base(r, err);
 }
 
 /* Sentences that a user should see before the run. */

@@ -25,9 +25,9 @@ struct cli_watch {
   cli_cast cast;
   hb_views views;
   bool window, broken; /* broken: the window was closed, or the terminal does not take any more */
-  double speed, started, start_time, shown;
-  bool timed;     /* started and start_time are set */
-  hb_image image; /* the window's picture, or one panel in dots */
+  double speed, started, start_time, shown, cost; /* cost: seconds that the last picture took */
+  bool timed;                                     /* started and start_time are set */
+  hb_image image;                                 /* the window's picture, or one panel in dots */
   cli_pipe pipe;
   cli_dots dots;
   int rows, columns; /* of the terminal */
@@ -109,14 +109,34 @@ static hb_status open_window(cli_watch *w, hb_error *err) {
                    "draws in the terminal");
   hb_status status = hb_image_create(WINDOW_WIDTH, WINDOW_HEIGHT, &w->image, err);
   if (status != HB_OK) return status;
-  char size[32], rate[16];
+  char size[32];
   snprintf(size, sizeof size, "%dx%d", WINDOW_WIDTH, WINDOW_HEIGHT);
-  snprintf(rate, sizeof rate, "%d", (int)RATE);
-  const char *const argv[] = {
-      "ffplay",        "-hide_banner", "-loglevel",   "error",     "-f",         "rawvideo",
-      "-pixel_format", "rgb24",        "-video_size", size,        "-framerate", "1000",
-      "-fflags",       "nobuffer",     "-flags",      "low_delay", "-framedrop", "-autoexit",
-      "-window_title", "hebra",        "-i",          "-",         NULL};
+  /* Pictures come when they come: stamped close together and never dropped, each is shown at once. */
+  const char *const argv[] = {"ffplay",
+                              "-hide_banner",
+                              "-loglevel",
+                              "error",
+                              "-probesize",
+                              "32",
+                              "-fflags",
+                              "nobuffer",
+                              "-sync",
+                              "video",
+                              "-noframedrop",
+                              "-autoexit",
+                              "-f",
+                              "rawvideo",
+                              "-video_size",
+                              size,
+                              "-framerate",
+                              "1000",
+                              "-pixel_format",
+                              "rgb24",
+                              "-window_title",
+                              "hebra",
+                              "-i",
+                              "-",
+                              NULL};
   return cli_pipe_open(&w->pipe, argv, "ffmpeg", NULL, err);
 }
 
@@ -310,11 +330,12 @@ void cli_watch_show(cli_watch *w, const hb_frame *frame) {
   bool last = frame->time >= w->model->def->method.duration;
   if (w->speed > 0) sleep_until(fmin(w->started + (frame->time - w->start_time) / w->speed, now + 60));
   now = hb_clock_now();
-  if (now - w->shown < 1 / RATE && !last) return;
+  if (now - w->shown < fmax(1 / RATE, 2 * w->cost) && !last) return; /* leaves time for the run */
   w->shown = now;
   cli_cast_show(&w->cast, frame->position, frame->m1);
   follow(w);
   hb_status status = w->window ? show_window(w, frame, NULL) : show_terminal(w, frame, NULL);
+  w->cost = hb_clock_now() - now;
   if (status != HB_OK) w->broken = true; /* a run does not end because nobody can watch it */
 }
 

@@ -5,11 +5,22 @@
 #ifndef HEBRA_PLUG_H
 #define HEBRA_PLUG_H
 
-#include "hebra/sim.h"
+#include "hebra/state.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Stages of a step, for timings. */
+typedef enum hb_stage {
+  HB_STAGE_TWIST,   /* frames and quasi-static twist */
+  HB_STAGE_ELASTIC, /* bending and twisting forces */
+  HB_STAGE_LOADS,   /* gravity, loads, wind, damping */
+  HB_STAGE_MOVE,    /* kick, drift, supports */
+  HB_STAGE_PROJECT, /* inextensibility */
+  HB_STAGE_COUNT
+} hb_stage;
+extern const char *const hb_stage_names[HB_STAGE_COUNT];
 
 /* External loads: a force on the vertices that depends on time, place and velocity. */
 typedef struct hb_force_term {

@@ -2,25 +2,13 @@
 #ifndef HEBRA_SIM_H
 #define HEBRA_SIM_H
 
-#include "hebra/model.h"
-#include "hebra/state.h"
+#include "hebra/plug.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 typedef struct hb_sim hb_sim;
-
-/* Stages of a step, for timings. */
-typedef enum hb_stage {
-  HB_STAGE_TWIST,   /* frames and quasi-static twist */
-  HB_STAGE_ELASTIC, /* bending and twisting forces */
-  HB_STAGE_LOADS,   /* gravity, loads, wind, damping */
-  HB_STAGE_MOVE,    /* kick, drift, supports */
-  HB_STAGE_PROJECT, /* inextensibility */
-  HB_STAGE_COUNT
-} hb_stage;
-extern const char *const hb_stage_names[HB_STAGE_COUNT];
 
 /* Builds the initial state (lengths corrected, frames set, twist relaxed, forces evaluated). model must outlive it. */
 hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err);

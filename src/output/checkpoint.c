@@ -78,7 +78,7 @@ static hb_status load(const char *path, char **bytes, size_t *size, hb_error *er
   struct stat info;
   *bytes = NULL;
   FILE *stream = fopen(path, "rb");
-  if (!stream) return hb_fail(err, HB_ERR_IO, "%s: cannot be opened: %s", path, strerror(errno));
+  if (!stream) return hb_fail(err, HB_ERR_INPUT, "%s: cannot be opened: %s", path, strerror(errno));
   hb_status status = HB_OK;
   if (fstat(fileno(stream), &info) != 0 || !S_ISREG(info.st_mode))
     status = hb_fail(err, HB_ERR_IO, "%s: is no checkpoint, expected a file written by hebra run", path);

@@ -170,7 +170,7 @@ static hb_status check_file(const char *path, hb_error *err) {
   static const unsigned char magic[8] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
   unsigned char head[8] = {0};
   int fd = open(path, O_RDONLY);
-  if (fd < 0) return hb_fail(err, HB_ERR_IO, "%s: cannot be opened: %s", path, strerror(errno));
+  if (fd < 0) return hb_fail(err, HB_ERR_INPUT, "%s: cannot be opened: %s", path, strerror(errno));
   ssize_t got = read(fd, head, sizeof head);
   int reason = errno;
   bool ours = got == (ssize_t)sizeof head && memcmp(head, magic, sizeof head) == 0;

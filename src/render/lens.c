@@ -43,6 +43,7 @@ void hb_lens_make(const hb_camera *camera, hb_rect rect, hb_lens *lens) {
   if (camera->orthographic) {
     double height = camera->height > 1e-140 && camera->height < 1e140 ? camera->height : 1;
     lens->focal = rect.h / height;
+    lens->unit = 1 / lens->focal;
     lens->pixel = 1 / lens->focal;
     lens->near = -HUGE_VAL;
     lens->stretch = 1;
@@ -51,6 +52,7 @@ void hb_lens_make(const hb_camera *camera, hb_rect rect, hb_lens *lens) {
   double angle = camera->height > 1e-6 && camera->height < 2.9 ? camera->height : 0.6;
   double half = hb_lens_tan(0.5 * angle), wide = half * rect.w / rect.h;
   lens->focal = 0.5 * rect.h / half;
+  lens->unit = 1 / lens->focal;
   lens->pixel = distance / lens->focal;
   lens->near = 1e-3 * distance;
   lens->stretch = 1 + half * half + wide * wide;

@@ -13,6 +13,7 @@ typedef struct hb_lens {
   hb_v3 up;                        /* the scene's vertical, in camera space */
   bool orthographic;
   double focal;   /* orthographic: pixels per unit; perspective: pixels per unit at distance 1 */
+  double unit;    /* 1 / focal */
   double cx, cy;  /* pixel coordinates of the axis */
   double near;    /* nothing nearer than this is drawn; -HUGE_VAL: no limit */
   double pixel;   /* size of a pixel at the target, in scene units */

@@ -147,8 +147,8 @@ static inline double hit_piece(const hb_piece *p, hb_v3 origin, hb_v3 ray) {
     double c = p->bb * (hb_v3_dot(d, d) - p->radius * p->radius) - bd * bd;
     double h = b * b - a * c;
     if (h < 0) return HUGE_VAL;
-    double t = (-b - sqrt(h)) / a, y = bd + t * br;
-    if (y > 0 && y < p->bb) return t;
+    double t = -b - sqrt(h), y = a * bd + t * br; /* both times a, to divide only where it is a hit */
+    if (y > 0 && y < a * p->bb) return t / a;
     return hit_ball(y <= 0 ? d : hb_v3_sub(d, p->ab), ray, rr, p->radius);
   }
   return fmin(hit_ball(d, ray, rr, p->radius), hit_ball(hb_v3_sub(d, p->ab), ray, rr, p->radius));
@@ -223,23 +223,32 @@ static inline void test_halo(const brush *b, int k, const hb_piece *p, double x,
   if (strength > (double)tile->halo[k]) tile->halo[k] = (float)strength;
 }
 
-/* Sample i of row j. */
-static inline void test_sample(const brush *b, int index, int i, int j) {
+/* Keeps the hit at pixel coordinates x, y if it is the nearest one. */
+static inline void test_hit(const brush *b, int k, int index, double x, double y) {
   const hb_piece *p = &b->all->piece[index];
-  double x = b->corner[0] + i / HB_FINE + hb_sample_x(i % HB_FINE, j % HB_FINE);
-  double y = b->corner[1] + j / HB_FINE + hb_sample_y(i % HB_FINE, j % HB_FINE);
-  int k = j * HB_TILE_SIDE + i;
-  if (b->pass == HALO) {
-    test_halo(b, k, p, x, y);
-    return;
-  }
   if (b->tile->depth[k] <= p->front) return;
   hb_v3 origin, ray;
   hb_lens_ray(b->lens, x, y, &origin, &ray);
   double t = hit_piece(p, origin, ray);
-  if (t < b->tile->depth[k]) {
-    b->tile->depth[k] = t;
-    b->tile->piece[k] = index;
+  if (t >= b->tile->depth[k]) return;
+  b->tile->depth[k] = t;
+  b->tile->piece[k] = index;
+}
+
+/* The samples from..to of row j that belong to the pass. */
+static void draw_row(const brush *b, int index, int j, const int range[2]) {
+  const bool *busy = b->tile->busy + j / HB_FINE * HB_TILE;
+  const hb_piece *p = &b->all->piece[index];
+  int step = b->pass == COARSE ? 2 : 1, first = b->pass == COARSE ? range[0] & ~1 : range[0];
+  for (int i = first; i < range[1]; i += step) {
+    bool even = !(i & 1 || j & 1);
+    if (even ? b->pass == FINE : !busy[i / HB_FINE]) continue;
+    double x = b->corner[0] + i / HB_FINE + hb_sample_x(i % HB_FINE, j % HB_FINE);
+    double y = b->corner[1] + j / HB_FINE + hb_sample_y(i % HB_FINE, j % HB_FINE);
+    if (b->pass == HALO)
+      test_halo(b, j * HB_TILE_SIDE + i, p, x, y);
+    else
+      test_hit(b, j * HB_TILE_SIDE + i, index, x, y);
   }
 }
 
@@ -253,11 +262,7 @@ static void draw_piece(const brush *b, int index) {
   for (int j = j0; j < j1; j++) {
     if (b->pass == COARSE && j & 1) continue;
     row_range(b, p, b->corner[1] + (j + 0.5) / HB_FINE, range);
-    const bool *busy = b->tile->busy + j / HB_FINE * HB_TILE;
-    for (int i = range[0]; i < range[1]; i++) {
-      bool even = !(i & 1 || j & 1);
-      if (even ? b->pass != FINE : b->pass != COARSE && busy[i / HB_FINE]) test_sample(b, index, i, j);
-    }
+    draw_row(b, index, j, range);
   }
 }
 

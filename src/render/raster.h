@@ -46,7 +46,7 @@ static inline double hb_sample_x(int i, int j) { return (i + (j + 0.5) / HB_FINE
 static inline double hb_sample_y(int i, int j) { return (j + (HB_FINE - i - 0.5) / HB_FINE) / HB_FINE; }
 /* The ray through a pixel coordinate in camera space: origin + z * direction is the point at depth z. */
 static inline void hb_lens_ray(const hb_lens *lens, double x, double y, hb_v3 *origin, hb_v3 *direction) {
-  double u = (x - lens->cx) / lens->focal, v = (y - lens->cy) / lens->focal;
+  double u = (x - lens->cx) * lens->unit, v = (y - lens->cy) * lens->unit;
   bool flat = lens->orthographic;
   *origin = flat ? (hb_v3){u, v, 0} : (hb_v3){0, 0, 0};
   *direction = flat ? (hb_v3){0, 0, 1} : (hb_v3){u, v, 1};

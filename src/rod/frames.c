@@ -26,11 +26,12 @@ void hb_frames_bishop(const hb_rod *rod, const hb_rod_work *work, const double u
   }
 }
 
-/* The director that support k prescribes at time t, before any extra turn about the tangent. *turned: how far that is
- * turned from where time-parallel transport would have carried it. */
+/* The director that support k prescribes at time t, before any extra turn about the tangent. *turned: how far
+ * that is turned from where time-parallel transport would have carried it. */
 static hb_v3 base_director(const hb_frame_support *f, const hb_state *state, int k, hb_v3 t_now, double t,
                            double *turned) {
-  hb_v3 carried = hb_carry(hb_v3_load(state->frame_m1 + 3 * k), hb_v3_load(state->frame_tangent + 3 * k), t_now);
+  hb_v3 carried =
+      hb_carry(hb_v3_load(state->frame_m1 + 3 * k), hb_v3_load(state->frame_tangent + 3 * k), t_now);
   *turned = 0;
   if (f->def->kind != HB_SUPPORT_DIRECTOR) return carried;
   hb_v3 d = {at_time(f->def->value[0], t), at_time(f->def->value[1], t), at_time(f->def->value[2], t)};
@@ -39,7 +40,8 @@ static hb_v3 base_director(const hb_frame_support *f, const hb_state *state, int
   return d;
 }
 
-/* How far the prescribed angle of support k has advanced since the start; directors given in space turn by all of it. */
+/* How far the prescribed angle of support k has advanced since the start; directors given in space turn by
+ * all of it. */
 static double turned_since_start(const hb_frame_support *f, double angle) {
   return f->def->kind == HB_SUPPORT_ANGLE ? angle - at_time(f->def->angle, 0) : angle;
 }
@@ -72,7 +74,8 @@ void hb_frames_now(const hb_model *model, const hb_rod *rod, const hb_state *sta
   }
 }
 
-/* Angle of prescribed frame k at time 0 against the Bishop director u; near: where the branch is looked for. */
+/* Angle of prescribed frame k at time 0 against the Bishop director u; near: where the branch is looked for.
+ */
 static double start_angle(const hb_frame_support *f, hb_v3 u, hb_v3 t, double near) {
   double angle = at_time(f->def->angle, 0);
   if (f->def->kind == HB_SUPPORT_ANGLE) return angle;
@@ -110,7 +113,8 @@ static void guess_angles(const hb_model *m, const hb_rod *rod, const hb_rod_work
     double near = last_known >= 0 ? theta[last_known] : 0;
     for (int i = (last_known >= 0 ? last_known : j) + 1; i <= j; i++) near += m->rest_twist[rod->first + i];
     theta[j] = start_angle(f, hb_v3_load(u + 3 * j), tangent_at(work, j), near);
-    if (last_known >= 0) spread(m, rod, theta, last_known, j, true);
+    if (last_known >= 0)
+      spread(m, rod, theta, last_known, j, true);
     else
       for (int i = j; i > 0; i--) theta[i - 1] = theta[i] - m->rest_twist[rod->first + i];
     last_known = j;
@@ -143,7 +147,8 @@ void hb_frames_start(const hb_model *model, const hb_rod *rod, hb_state *state, 
     hb_v3_store(state->frame_tangent + 3 * k, t);
   }
   for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++)
-    for (int p = model->spans[s].first_panel; p < model->spans[s].first_panel + model->spans[s].panel_count; p++) {
+    for (int p = model->spans[s].first_panel; p < model->spans[s].first_panel + model->spans[s].panel_count;
+         p++) {
       int from = model->panels[p].from - o, to = model->panels[p].to - o;
       hb_v3 t = tangent_at(work, to);
       hb_v3_store(state->panel_m1 + 3 * p, hb_turn(hb_v3_load(u + 3 * to), t, theta[to]));

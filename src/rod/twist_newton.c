@@ -16,7 +16,7 @@
 /* A pivot below this part of its diagonal is better known from the sum of what makes it. */
 #define SOFT 1e-9
 /* A gradient below this part of the terms that it is made of is round-off. */
-#define ROUND_OFF (64 * DBL_EPSILON)
+#define ROUND_OFF (16 * DBL_EPSILON)
 
 /* A start may be far away, and each iteration goes at most LONGEST_TURN: so many times the iterations of a step. */
 #define START_FACTOR 100
@@ -27,6 +27,7 @@ typedef struct hb_look {
   double magnitude;  /* sum of the absolute values it was made of: its round-off is this times epsilon */
   double residual;   /* max |gradient| over free edges */
   double scale;      /* what the residual's terms were made of */
+  double floor;      /* gradient that one rounding of the frames themselves makes */
 } hb_look;
 
 /* omega_i^j and B omega - pull for one side of vertex i; adds to the gradient and Hessian of edge j. */
@@ -52,7 +53,7 @@ static void look_side(const hb_rod_work *w, int i, int side, double inv_l, hb_v3
 /* Energy, gradient and Hessian at frames m1 and twists; leaves omega, stress and moments in the workspace. */
 static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, const double *m1, const double *twist) {
   int ne = rod->nv - 1, o = rod->first;
-  hb_look look = {0, 0, 0, 0};
+  hb_look look = {0, 0, 0, 0, DBL_MIN};
   memset(w->gradient, 0, (size_t)ne * sizeof(double));
   memset(w->bending_diagonal, 0, (size_t)ne * sizeof(double));
   memset(w->diagonal, 0, (size_t)ne * sizeof(double));
@@ -70,6 +71,7 @@ static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, con
     w->off_diagonal[i] = -gain;
     look.energy += 0.5 * M * excess;
     look.magnitude += 0.5 * M * excess;
+    look.floor = fmax(look.floor, 4 * DBL_EPSILON * gain);
     look.scale = fmax(look.scale, gain * (fabs(twist[i]) + fabs(m->rest_twist[o + i])));
   }
   for (int j = 0; j < ne; j++)
@@ -79,11 +81,14 @@ static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, con
 
 /* The last pivot of a chain of edges that nothing holds: where bending is next to nothing beside twisting, elimination
  * leaves only round-off of it, but it is the stiffness against turning all edges alike, the sum of their bending parts.
- * Where that is negative its size is taken (the step then goes downhill); where it is 0 the chain is not turned. */
-static double soft_pivot(double bending_sum) { return bending_sum != 0 ? fabs(bending_sum) : HUGE_VAL; }
+ * Where that is negative its size is taken (the step then goes downhill); where it is noise the chain is not turned. */
+static double soft_pivot(double bending_sum, double noise) {
+  return fabs(bending_sum) > noise ? fabs(bending_sum) : HUGE_VAL;
+}
 
-/* L D L^T of the tridiagonal Hessian with held edges taken out; false if a pivot is not clearly positive. */
-static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double shift) {
+/* L D L^T of the tridiagonal Hessian with held edges taken out; false if a pivot is not clearly positive. noise: what
+ * round-off there may be in the bending parts. */
+static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double shift, double noise) {
   int ne = rod->nv - 1;
   bool loose = true; /* edges of this chain so far are coupled to no held one */
   double bending_sum = 0;
@@ -104,7 +109,7 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
       pivot -= ratio * link;
       right -= ratio * w->delta[j - 1];
     }
-    if (loose && ahead == 0 && fabs(pivot) < SOFT * whole) pivot = soft_pivot(bending_sum);
+    if (loose && ahead == 0 && fabs(pivot) < SOFT * whole) pivot = soft_pivot(bending_sum, noise);
     else if (!(pivot > 1e-13 * whole) || pivot == 0) return false;
     w->pivot[j] = 1 / pivot;
     w->delta[j] = right;
@@ -120,14 +125,14 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
 /* A descent direction: Newton's if the Hessian is positive definite, else with as little added to its diagonal as makes
  * it so (the direction of negative curvature then goes furthest: where a minimum has just vanished, the way out is not
  * crept along), else with its negative parts cut off. Shortened to LONGEST_TURN. Returns the slope gradient . delta. */
-static double find_direction(const hb_rod *rod, hb_rod_work *w) {
+static double find_direction(const hb_rod *rod, hb_rod_work *w, double noise) {
   int ne = rod->nv - 1;
-  bool found = solve_turns(rod, w, false, 0);
+  bool found = solve_turns(rod, w, false, 0, noise);
   double largest = 0;
   for (int j = 0; j < ne; j++) largest = fmax(largest, w->diagonal[j] + fabs(w->bending_diagonal[j]));
   for (double shift = 1e-10; !found && shift < 4; shift *= shift < 1e-6 ? 100 : 4)
-    found = solve_turns(rod, w, false, shift * largest);
-  if (!found) found = solve_turns(rod, w, true, 1e-10 * largest);
+    found = solve_turns(rod, w, false, shift * largest, noise);
+  if (!found) found = solve_turns(rod, w, true, 1e-10 * largest, noise);
   if (!found) memset(w->delta, 0, (size_t)ne * sizeof(double));
   double longest = 0, slope = 0;
   for (int j = 0; j < ne; j++) longest = fmax(longest, fabs(w->delta[j]));
@@ -156,13 +161,13 @@ static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state,
   double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
   hb_look now = look_at(m, rod, w, m1, twist);
   for (int k = 0;; k++) {
-    if (now.residual <= ROUND_OFF * now.scale) break;
+    if (now.residual <= ROUND_OFF * now.scale + now.floor) break;
     if (k >= limit || !isfinite(now.energy))
       return hb_fail(err, HB_ERR_NUMERIC,
                      "rod %s: the quasi-static twist did not converge in %d Newton iterations (largest dE/dtheta %.3g, "
                      "its terms are of size %.3g)",
                      rod->name, k, now.residual, now.scale);
-    double slope = find_direction(rod, w), part = 1, noise = 8 * DBL_EPSILON * now.magnitude;
+    double noise = (8 + rod->nv) * DBL_EPSILON * now.magnitude, slope = find_direction(rod, w, noise), part = 1;
     hb_look next;
     for (;; part *= 0.5) {
       turn_frames(rod, w, m1, twist, part);

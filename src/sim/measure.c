@@ -19,8 +19,8 @@ static double first_angle(const hb_sim *sim, const hb_rod *rod, const double *m1
   int frame = sim->model->frame_of[rod->first];
   if (rod->closed_form && frame >= 0) expected = state->frame_angle[frame];
   hb_v3 t = hb_v3_load(sim->stepper.rod_work.tangent);
-  return hb_nearest_angle(
-      hb_angle_about(hb_v3_load(state->anchor_m1 + 3 * rod->index), hb_v3_load(m1), t), expected);
+  return hb_nearest_angle(hb_angle_about(hb_v3_load(state->anchor_m1 + 3 * rod->index), hb_v3_load(m1), t),
+                          expected);
 }
 
 /* Directors, Bishop frame and material angle of every edge; twist and twisting moment of every vertex. */
@@ -35,7 +35,8 @@ static void measure_frames(hb_sim *sim, const hb_rod *rod, hb_frame *out) {
   hb_frames_bishop(rod, w, sim->state->anchor_m1 + 3 * rod->index, out->bishop_u + 3 * o);
   for (int j = 0; j + 1 < rod->nv; j++) {
     int k = o + j;
-    hb_v3 t = hb_v3_load(w->tangent + 3 * j), d = hb_v3_load(m1 + 3 * j), u = hb_v3_load(out->bishop_u + 3 * k);
+    hb_v3 t = hb_v3_load(w->tangent + 3 * j), d = hb_v3_load(m1 + 3 * j),
+          u = hb_v3_load(out->bishop_u + 3 * k);
     hb_v3_store(out->tangent + 3 * k, t);
     hb_v3_store(out->m1 + 3 * k, d);
     hb_v3_store(out->m2 + 3 * k, hb_v3_cross(t, d));
@@ -75,8 +76,8 @@ static void measure_elastic(const hb_sim *sim, const hb_rod *rod, hb_frame *out)
   }
 }
 
-/* Accelerations of prescribed vertices: difference of their exact velocities one time step before and after (formulas
- * are not asked about times before 0, where they need not mean anything). */
+/* Accelerations of prescribed vertices: difference of their exact velocities one time step before and after
+ * (formulas are not asked about times before 0, where they need not mean anything). */
 static void prescribed_accelerations(hb_sim *sim, const hb_rod *rod) {
   const hb_model *m = sim->model;
   double h = m->def->method.time_step, t = sim->state->scalar[HB_S_TIME], x[3];
@@ -100,7 +101,8 @@ static void measure_forces(hb_sim *sim, const hb_rod *rod, hb_frame *out) {
   double *lambda = sim->lambda + rod->first;
   int o = rod->first;
   prescribed_accelerations(sim, rod);
-  hb_project_tension(m, rod, state->x, state->v, state->force, sim->acceleration, lambda, &sim->stepper.project_work);
+  hb_project_tension(m, rod, state->x, state->v, state->force, sim->acceleration, lambda,
+                     &sim->stepper.project_work);
   hb_v3 before = {0, 0, 0};
   for (int j = 0; j < rod->nv; j++) {
     int k = o + j;
@@ -165,6 +167,6 @@ void hb_sim_measure(hb_sim *sim, hb_frame *frame) {
   frame->work_supports = scalar[HB_S_WORK_SUPPORTS];
   frame->dissipated = scalar[HB_S_DISSIPATED];
   frame->worst_length_error = fmax(frame->length_error, scalar[HB_S_WORST_LENGTH]);
-  frame->balance = frame->kinetic + frame->bending + frame->twisting - scalar[HB_S_ENERGY_START] - frame->work_loads -
-                   frame->work_supports + frame->dissipated;
+  frame->balance = frame->kinetic + frame->bending + frame->twisting - scalar[HB_S_ENERGY_START] -
+                   frame->work_loads - frame->work_supports + frame->dissipated;
 }

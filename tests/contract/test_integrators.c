@@ -1,5 +1,6 @@
-/* What every integrator in the list promises: its claimed order, lengths to the tolerance that is asked for, linear
- * momentum, the same bits after a restart, rods that do not feel each other; a symmetric one also runs backwards. */
+/* What every integrator in the list promises: its claimed order, lengths to the tolerance that is asked for,
+ * linear momentum, the same bits after a restart, rods that do not feel each other; a symmetric one also runs
+ * backwards. */
 #include "support/near.h"
 
 #include "hebra/plug.h"
@@ -47,7 +48,8 @@ static void test_length_tolerance(void **state) {
           const double *x = hb_sim_const_state(t.sim)->x;
           for (int j = 0; j + 1 < NV; j++) {
             double l = t.model->rest_length[j], e2 = 0;
-            for (int c = 0; c < 3; c++) e2 += (x[3 * j + 3 + c] - x[3 * j + c]) * (x[3 * j + 3 + c] - x[3 * j + c]);
+            for (int c = 0; c < 3; c++)
+              e2 += (x[3 * j + 3 + c] - x[3 * j + c]) * (x[3 * j + 3 + c] - x[3 * j + c]);
             assert_at_most(fabs(e2 / (l * l) - 1), tolerances[n / 2] * (1 + 1e-12) + 1e-15);
           }
         }
@@ -75,7 +77,8 @@ static void test_restart(void **state) {
       assert_int_equal(hb_sim_restore(b.sim, saved, count, &err), HB_OK);
       assert_int_equal(hb_sim_steps(b.sim), 137);
       trial_run(&b, 163);
-      assert_memory_equal(hb_sim_const_state(a.sim)->block, hb_sim_const_state(b.sim)->block, count * sizeof(double));
+      assert_memory_equal(hb_sim_const_state(a.sim)->block, hb_sim_const_state(b.sim)->block,
+                          count * sizeof(double));
       assert_true(hb_state_hash(hb_sim_const_state(a.sim)) == hb_state_hash(hb_sim_const_state(b.sim)));
       assert_int_equal(hb_sim_restore(b.sim, saved, count - 1, &err), HB_ERR_INPUT);
       hb_free(saved);
@@ -101,9 +104,12 @@ static void test_symmetric(void **state) {
       for (int c = 0; c < 3 * NV; c++) v[c] = -v[c];
       trial_run(&t, 500);
       double away = largest_difference(x, hb_sim_const_state(t.sim)->x, 3 * NV);
-      say("%s forth and back on %s: %.1e\n", hb_integrators[k]->name, moving_scenes[conservative[n]].name, away);
-      if (hb_integrators[k]->symmetric) assert_at_most(away, 1e-10);
-      else assert_true(away > 1e-6);
+      say("%s forth and back on %s: %.1e\n", hb_integrators[k]->name, moving_scenes[conservative[n]].name,
+          away);
+      if (hb_integrators[k]->symmetric)
+        assert_at_most(away, 1e-10);
+      else
+        assert_true(away > 1e-6);
       trial_end(&t);
     }
 }
@@ -156,8 +162,9 @@ static void test_many_rods(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_claimed_order), cmocka_unit_test(test_length_tolerance), cmocka_unit_test(test_restart),
-      cmocka_unit_test(test_symmetric),     cmocka_unit_test(test_momentum),         cmocka_unit_test(test_many_rods),
+      cmocka_unit_test(test_claimed_order), cmocka_unit_test(test_length_tolerance),
+      cmocka_unit_test(test_restart),       cmocka_unit_test(test_symmetric),
+      cmocka_unit_test(test_momentum),      cmocka_unit_test(test_many_rods),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 #include "support/failing_alloc.h"
 #include "support/moving.h"
 
+/* Every scene, every scheme. */
 static void test_no_allocation(void **state) {
   (void)state;
   for (int k = 0; hb_integrators[k]; k++)
@@ -26,7 +27,8 @@ static void test_no_allocation(void **state) {
     }
 }
 
-/* A scene from definition to measured frame with every allocation failing in turn: an error each time, nothing lost. */
+/* A scene from definition to measured frame with every allocation failing in turn: an error each time,
+ * nothing lost. */
 static hb_status whole_run(void *context, hb_error *err) {
   trial *t = context;
   hb_model *model = NULL;
@@ -43,6 +45,7 @@ static hb_status whole_run(void *context, hb_error *err) {
   return status;
 }
 
+/* Every scene of the collection. */
 static void test_every_allocation_fails(void **state) {
   (void)state;
   for (int s = 0; s < MOVING_COUNT; s++) {

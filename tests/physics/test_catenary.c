@@ -1,5 +1,5 @@
-/* V23: a chain without stiffness, hung between two points, comes to rest in the equilibrium polygon of its own weights;
- * numbers of the catalogue, from the polygon's equations. V24: its small swings. */
+/* V23: a chain without stiffness, hung between two points, comes to rest in the equilibrium polygon of its
+ * own weights; numbers of the catalogue, from the polygon's equations. V24: its small swings. */
 #include "support/near.h"
 
 #include "support/scenes.h"
@@ -9,14 +9,17 @@
 #define GRAVITY 9.81
 #define MOST 101
 
-/* A chain of n edges along the x axis of a frame in which gravity points to -y, from the left end to the right one, at
- * first along an arc of a circle; its interior vertices weigh WEIGHT times the edge. */
+/* A chain of n edges along the x axis of a frame in which gravity points to -y, from the left end to the
+ * right one, at first along an arc of a circle; its interior vertices weigh WEIGHT times the edge. */
 static void hang(trial *t, int n, const double end[2], const char *integrator, double h, double damping) {
   double xyz[3 * MOST], span = hypot(end[0], end[1]), low = 1e-6, high = 3.1, edge = LENGTH / n;
-  while (high - low > 1e-15) { /* half the angle of the polygon's arc: chord of n edges that turn by 2 a/n each */
+  while (high - low >
+         1e-15) { /* half the angle of the polygon's arc: chord of n edges that turn by 2 a/n each */
     double a = 0.5 * (low + high), chord = edge * sin(a) / sin(a / n);
-    if (chord > span) low = a;
-    else high = a;
+    if (chord > span)
+      low = a;
+    else
+      high = a;
   }
   double tilt = atan2(end[1], end[0]), x = 0, y = 0;
   for (int i = 0; i <= n; i++) {
@@ -72,8 +75,8 @@ static void test_level(void **state) {
   }
 }
 
-/* Fast projection takes its directions at the unprojected positions, h^2 g away: where a symplectic Euler run comes to rest
- * is off by the square of the step. */
+/* Fast projection takes its directions at the unprojected positions, h^2 g away: where a symplectic Euler run
+ * comes to rest is off by the square of the step. */
 static void test_level_euler(void **state) {
   (void)state;
   double error[3];
@@ -114,9 +117,9 @@ static void test_inclined(void **state) {
   assert_near(error[0] / error[1], 4, 0.05);
 }
 
-/* V24: frequency of the first small swing of a rope that hangs from one end, mesh-exact: half a mass at the free end.
- * omega sqrt(L/g) of the catalogue, from the eigenvalues of the hanging chain; the shape is found by inverse iteration
- * on its stiffness: tension under vertex i over the edge length. */
+/* V24: frequency of the first small swing of a rope that hangs from one end, mesh-exact: half a mass at the
+ * free end. omega sqrt(L/g) of the catalogue, from the eigenvalues of the hanging chain; the shape is found
+ * by inverse iteration on its stiffness: tension under vertex i over the edge length. */
 static void test_hanging_swings(void **state) {
   (void)state;
   static const struct {
@@ -128,7 +131,8 @@ static void test_hanging_swings(void **state) {
     double edge = 1.0 / n, xyz[3 * 41] = {0}, shape[41] = {0}, load[41], omega2 = 0;
     for (int i = 1; i <= n; i++) shape[i] = i * edge;
     for (int turn = 0; turn < 60; turn++) {
-      /* tension of edge j over its length times its tilt carries the loads below: T_j/edge (y_{j+1} - y_j) = sum */
+      /* tension of edge j over its length times its tilt carries the loads below: T_j/edge (y_{j+1} - y_j) =
+       * sum */
       double below = 0, tilt[41], norm = 0;
       for (int i = n; i >= 1; i--) {
         load[i] = (i == n ? 0.5 : 1) * edge * shape[i];
@@ -146,7 +150,9 @@ static void test_hanging_swings(void **state) {
     double quarter = 0.5 * 3.14159265358979323846 / cases[k].omega, amplitude = 1e-5;
     for (int i = 0; i <= n; i++) {
       xyz[3 * i] = amplitude * shape[i];
-      xyz[3 * i + 1] = i ? xyz[3 * i - 2] - sqrt(edge * edge - amplitude * amplitude * pow(shape[i] - shape[i - 1], 2)) : 0;
+      xyz[3 * i + 1] =
+          i ? xyz[3 * i - 2] - sqrt(edge * edge - amplitude * amplitude * pow(shape[i] - shape[i - 1], 2))
+            : 0;
     }
     scene_begin(&t.def, "verlet", quarter / (double)steps);
     hb_rod_def *rod = scene_rod(&t.def, n + 1, xyz, 0, 0, edge);
@@ -159,7 +165,8 @@ static void test_hanging_swings(void **state) {
     trial_run(&t, steps); /* now it should pass the vertical: x = -amplitude * (omega - expected) * quarter */
     const hb_frame *f = trial_measure(&t);
     double shift = f->position[3 * n] / f->velocity[3 * n];
-    say("hanging rope n %d: omega %.11f expected %.11f\n", n, cases[k].omega * quarter / (quarter - shift), cases[k].omega);
+    say("hanging rope n %d: omega %.11f expected %.11f\n", n, cases[k].omega * quarter / (quarter - shift),
+        cases[k].omega);
     assert_near(cases[k].omega * quarter / (quarter - shift), cases[k].omega, 2e-9);
     trial_end(&t);
   }

@@ -1,5 +1,5 @@
-/* V50.4 to V50.8 in motion: a scene that is turned, moved, mirrored, reversed, rescaled or described with other frames
- * moves in the same way. */
+/* V50.4 to V50.8 in motion: a scene that is turned, moved, mirrored, reversed, rescaled or described with
+ * other frames moves in the same way. */
 #include "support/near.h"
 
 #include "support/rng.h"
@@ -11,16 +11,17 @@
 
 /* What is done to the scene. The identity: see plain. */
 typedef struct change {
-  double turn[9], shift[3]; /* x -> turn x + shift */
-  bool mirrored;            /* turn has determinant -1: angles and twists change their sign */
-  bool reversed;            /* vertices counted from the other end */
-  bool rod_general;         /* the general twist solver for a rod that has a closed form */
-  double frame;             /* the whole material is described by directors turned by this much */
+  double turn[9], shift[3];  /* x -> turn x + shift */
+  bool mirrored;             /* turn has determinant -1: angles and twists change their sign */
+  bool reversed;             /* vertices counted from the other end */
+  bool rod_general;          /* the general twist solver for a rod that has a closed form */
+  double frame;              /* the whole material is described by directors turned by this much */
   double length, mass, time; /* units */
 } change;
 
 static const change plain = {.turn = {1, 0, 0, 0, 1, 0, 0, 0, 1}, .length = 1, .mass = 1, .time = 1};
 
+/* One vector, or one point. */
 static void apply(const change *c, const double *a, bool point, double *out) {
   for (int k = 0; k < 3; k++) {
     out[k] = c->turn[3 * k] * a[0] + c->turn[3 * k + 1] * a[1] + c->turn[3 * k + 2] * a[2];
@@ -34,7 +35,8 @@ static void apply_all(const change *c, const double *a, bool points, double *out
 }
 
 /* Adds a load with a changed vector. */
-static hb_force_def *force(hb_scene_def *def, hb_force_kind kind, const change *c, const double *value, double unit) {
+static hb_force_def *force(hb_scene_def *def, hb_force_kind kind, const change *c, const double *value,
+                           double unit) {
   char text[3][40];
   double v[3];
   apply(c, value, false, v);
@@ -45,8 +47,8 @@ static hb_force_def *force(hb_scene_def *def, hb_force_kind kind, const change *
 /* Which scene: bits. */
 enum { CURVED = 1, CLAMPED = 2, LOADED = 4 };
 
-/* Bending forms by edge: anisotropic where curved. B11 is the stiffness along (kb . m2), so turning the directors by an
- * angle turns the form. */
+/* Bending forms by edge: anisotropic where curved. B11 is the stiffness along (kb . m2), so turning the
+ * directors by an angle turns the form. */
 static void set_forms(hb_rod_def *rod, const change *c, bool curved) {
   double unit = c->mass * c->length * c->length * c->length / (c->time * c->time);
   double a = curved ? 0.06 : 0.05, b = curved ? 0.03 : 0.05;
@@ -66,7 +68,8 @@ static void build(trial *t, int which, const change *c, const char *integrator) 
   shape_line(NV, EDGE * (NV - 1), 0, 0, line);
   shape_bent(NV, EDGE, tilt, rest);
   /* the first edges of both shapes are parallel, so that a director of one is a director of the other */
-  double at = 0.5 / (NV - 1), sine = sin(3.14159265358979323846 * at) / at, sine2 = sin(2 * 3.14159265358979323846 * at) / at;
+  double at = 0.5 / (NV - 1), sine = sin(3.14159265358979323846 * at) / at,
+         sine2 = sin(2 * 3.14159265358979323846 * at) / at;
   shape_bent(NV, EDGE, (double[]){0.6, 0.6 - 0.1 * sine, 0.3, 0.3 + 0.1 * sine2}, xyz);
   for (int i = 0; i < NV; i++)
     for (int k = 0; k < 3; k++) v[3 * i + k] = which & CLAMPED ? 0 : 0.1 * (k + 1) * sin(0.4 * i + k);
@@ -102,7 +105,8 @@ static void build(trial *t, int which, const change *c, const char *integrator) 
     scene_hold(rod, next);
     snprintf(angle, sizeof angle, "%.17g", c->reversed ? 0.0 : sign * 0.7);
     scene_angle(rod, edge, angle);
-    snprintf(angle, sizeof angle, "%.17g + %.17g*t", c->reversed ? sign * 1.6 : sign * -0.9, (c->reversed ? -1 : 1) * sign / c->time);
+    snprintf(angle, sizeof angle, "%.17g + %.17g*t", c->reversed ? sign * 1.6 : sign * -0.9,
+             (c->reversed ? -1 : 1) * sign / c->time);
     scene_angle(rod, NV - 2 - edge, angle);
   }
   if (which & LOADED) {
@@ -164,9 +168,11 @@ static void test_rigid_motion(void **state) {
       s += q[k] * q[k];
     }
     s = 2 / s;
-    const double turn[9] = {1 - s * (q[2] * q[2] + q[3] * q[3]), s * (q[1] * q[2] - q[0] * q[3]), s * (q[1] * q[3] + q[0] * q[2]),
-                            s * (q[1] * q[2] + q[0] * q[3]), 1 - s * (q[1] * q[1] + q[3] * q[3]), s * (q[2] * q[3] - q[0] * q[1]),
-                            s * (q[1] * q[3] - q[0] * q[2]), s * (q[2] * q[3] + q[0] * q[1]), 1 - s * (q[1] * q[1] + q[2] * q[2])};
+    const double turn[9] = {1 - s * (q[2] * q[2] + q[3] * q[3]), s * (q[1] * q[2] - q[0] * q[3]),
+                            s * (q[1] * q[3] + q[0] * q[2]),     s * (q[1] * q[2] + q[0] * q[3]),
+                            1 - s * (q[1] * q[1] + q[3] * q[3]), s * (q[2] * q[3] - q[0] * q[1]),
+                            s * (q[1] * q[3] - q[0] * q[2]),     s * (q[2] * q[3] + q[0] * q[1]),
+                            1 - s * (q[1] * q[1] + q[2] * q[2])};
     memcpy(c.turn, turn, sizeof turn);
     for (int k = 0; k < 3; k++) c.shift[k] = rng_uniform(&r, -3, 3);
     check("turned", &c, 0xff, 1e-9);
@@ -209,7 +215,8 @@ static void test_two_solvers(void **state) {
 /* Other units: no number in the program has one. Powers of two change no bit. */
 static void test_units(void **state) {
   (void)state;
-  static const double units[5][3] = {{1e-3, 1, 1}, {1, 1e-6, 1}, {1, 1e6, 1}, {1e-9, 1e-18, 1e-4}, {1000, 1e9, 1e3}};
+  static const double units[5][3] = {
+      {1e-3, 1, 1}, {1, 1e-6, 1}, {1, 1e6, 1}, {1e-9, 1e-18, 1e-4}, {1000, 1e9, 1e3}};
   for (int k = 0; k < 5; k++) {
     change c = plain;
     c.length = units[k][0];
@@ -226,8 +233,9 @@ static void test_units(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_mirror),      cmocka_unit_test(test_reversal),
-      cmocka_unit_test(test_frame_choice), cmocka_unit_test(test_two_solvers), cmocka_unit_test(test_units),
+      cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_mirror),
+      cmocka_unit_test(test_reversal),     cmocka_unit_test(test_frame_choice),
+      cmocka_unit_test(test_two_solvers),  cmocka_unit_test(test_units),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

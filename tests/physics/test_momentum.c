@@ -44,7 +44,8 @@ static drift run_drift(scene_builder build, const char *integrator, double h, lo
   drift d = {0, 0};
   memcpy(p, trial_measure(&t)->momentum, sizeof p);
   memcpy(l, t.frame->angular_momentum, sizeof l);
-  double size_p = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), size_l = sqrt(l[0] * l[0] + l[1] * l[1] + l[2] * l[2]);
+  double size_p = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]),
+         size_l = sqrt(l[0] * l[0] + l[1] * l[1] + l[2] * l[2]);
   for (int k = 0; k < 100; k++) {
     trial_run(&t, steps / 100);
     const hb_frame *f = trial_measure(&t);
@@ -59,7 +60,8 @@ static drift run_drift(scene_builder build, const char *integrator, double h, lo
 /* Second order: both momenta, over 1e5 steps. */
 static void test_verlet(void **state) {
   (void)state;
-  drift a = run_drift(free_general, "verlet", 1e-3, STEPS), b = run_drift(free_closed_form, "verlet", 1e-3, STEPS);
+  drift a = run_drift(free_general, "verlet", 1e-3, STEPS),
+        b = run_drift(free_closed_form, "verlet", 1e-3, STEPS);
   say("verlet: linear %.1e %.1e, angular %.1e %.1e\n", a.linear, b.linear, a.angular, b.angular);
   assert_at_most(a.linear, 1e-12);
   assert_at_most(b.linear, 1e-12);
@@ -77,21 +79,23 @@ static void test_euler_linear(void **state) {
   assert_at_most(b.linear, 1e-12);
 }
 
-/* Its projection pulls along the edges as they are at the end of the step: the angular momentum drifts, over the same
- * time half as much with half the step. */
+/* Its projection pulls along the edges as they are at the end of the step: the angular momentum drifts, over
+ * the same time half as much with half the step. */
 static void test_euler_angular(void **state) {
   (void)state;
   scene_builder builders[] = {free_general, free_closed_form};
   for (int k = 0; k < 2; k++) {
     double d[4];
-    for (int n = 0; n < 4; n++) d[n] = run_drift(builders[k], "symplectic-euler", 2e-3 / (1 << n), 1000L << n).angular;
+    for (int n = 0; n < 4; n++)
+      d[n] = run_drift(builders[k], "symplectic-euler", 2e-3 / (1 << n), 1000L << n).angular;
     say("angular drift %.2e %.2e %.2e %.2e\n", d[0], d[1], d[2], d[3]);
     assert_near(d[2] / d[3], 2, 0.1);
     assert_near(d[1] / d[2], 2, 0.2);
   }
 }
 
-/* Internal forces of any shape: no resultant, no moment. A clamped frame adds its torque about its tangent. */
+/* Internal forces of any shape: no resultant, no moment. A clamped frame adds its torque about its tangent.
+ */
 static void test_internal_forces(void **state) {
   (void)state;
   for (int seed = 0; seed < 20; seed++) {
@@ -100,10 +104,12 @@ static void test_internal_forces(void **state) {
     double xyz[3 * NV], line[3 * NV];
     scene_begin(&t.def, "verlet", 1e-3);
     shape_line(NV, 1, 0, 0, line);
-    shape_bent(NV, 0.125, (double[]){rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), 0.4}, xyz);
+    shape_bent(NV, 0.125,
+               (double[]){rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), 0.4}, xyz);
     hb_rod_def *rod = scene_rod(&t.def, NV, seed % 2 ? line : xyz, 0.05, 0.4, 0.125);
     if (seed % 4 > 1) scene_form(rod, 0.3, -0.02, 0.05);
-    shape_bent(NV, 0.125, (double[]){rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), 0.1}, xyz);
+    shape_bent(NV, 0.125,
+               (double[]){rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), rng_uniform(&r, -1, 1), 0.1}, xyz);
     scene_initial(rod, xyz);
     scene_angle(rod, 0, "1");
     scene_angle(rod, -1, "4");
@@ -128,9 +134,10 @@ static void test_internal_forces(void **state) {
   }
 }
 
-/* V47: a straight free rod that spins, with the tensions of the discrete rod: an edge carries what keeps the masses
- * beyond it on their circles. Verlet keeps the spin. Fast projection slows it down: with the angle d turned in a step the
- * next one is atan(sin d/(2 - cos d)) = d - d^3, so after n steps the square of the spin is down by 1 + 2 n d^2. */
+/* V47: a straight free rod that spins, with the tensions of the discrete rod: an edge carries what keeps the
+ * masses beyond it on their circles. Verlet keeps the spin. Fast projection slows it down: with the angle d
+ * turned in a step the next one is atan(sin d/(2 - cos d)) = d - d^3, so after n steps the square of the spin
+ * is down by 1 + 2 n d^2. */
 static void test_spinning(void **state) {
   (void)state;
   static const double expected[5] = {0.01, 0.026, 0.038, 0.046, 0.05};
@@ -144,7 +151,8 @@ static void test_spinning(void **state) {
       for (int c = 0; c < 3; c++) xyz[3 * i + c] = (0.1 * i - 0.5) * along[c];
     for (int i = 0; i < N; i++)
       for (int c = 0; c < 3; c++)
-        v[3 * i + c] = 2 * (axis[(c + 1) % 3] * xyz[3 * i + (c + 2) % 3] - axis[(c + 2) % 3] * xyz[3 * i + (c + 1) % 3]);
+        v[3 * i + c] =
+            2 * (axis[(c + 1) % 3] * xyz[3 * i + (c + 2) % 3] - axis[(c + 2) % 3] * xyz[3 * i + (c + 1) % 3]);
     hb_rod_def *rod = scene_rod(&t.def, N, xyz, 0.02, 0.02, 0.01);
     rod->mass[0] = rod->mass[N - 1] = 0.005;
     scene_velocity(rod, v);
@@ -164,8 +172,9 @@ static void test_spinning(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_verlet),          cmocka_unit_test(test_euler_linear), cmocka_unit_test(test_euler_angular),
-      cmocka_unit_test(test_internal_forces), cmocka_unit_test(test_spinning),
+      cmocka_unit_test(test_verlet),        cmocka_unit_test(test_euler_linear),
+      cmocka_unit_test(test_euler_angular), cmocka_unit_test(test_internal_forces),
+      cmocka_unit_test(test_spinning),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

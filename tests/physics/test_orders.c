@@ -1,5 +1,6 @@
-/* Order of convergence of the integrators: positions, velocities and the energy balance of smooth runs at one time, with
- * the step halved again and again. The differences between neighbouring steps shrink by 2 for order one, by 4 for two. */
+/* Order of convergence of the integrators: positions, velocities and the energy balance of smooth runs at one
+ * time, with the step halved again and again. The differences between neighbouring steps shrink by 2 for
+ * order one, by 4 for two. */
 #include "support/near.h"
 
 #include "support/moving.h"
@@ -11,6 +12,7 @@ typedef struct finish {
   double x[3 * NV], v[3 * NV], balance, length_error;
 } finish;
 
+/* Runs a scene to the end. */
 static finish run_to(scene_builder build, const char *integrator, double time, long steps) {
   trial t = {0};
   finish out;
@@ -25,8 +27,8 @@ static finish run_to(scene_builder build, const char *integrator, double time, l
   return out;
 }
 
-/* Orders of positions, velocities and balance on the finest steps, against what is claimed. Returns the end of the
- * finest run with what is left of the leading error taken out of the positions. */
+/* Orders of positions, velocities and balance on the finest steps, against what is claimed. Returns the end
+ * of the finest run with what is left of the leading error taken out of the positions. */
 static finish check_order(const moving_scene *scene, const char *integrator, double claimed) {
   finish runs[LEVELS];
   for (int k = 0; k < LEVELS; k++) {
@@ -41,8 +43,8 @@ static finish check_order(const moving_scene *scene, const char *integrator, dou
   }
   double x = log2(dx[LEVELS - 2] / dx[LEVELS - 1]), v = log2(dv[LEVELS - 2] / dv[LEVELS - 1]),
          b = log2(db[LEVELS - 2] / db[LEVELS - 1]);
-  say("%-14s %-16s x %.3f (%.1e) v %.3f (%.1e) balance %.3f (%.1e)\n", scene->name, integrator, x, dx[LEVELS - 1], v,
-      dv[LEVELS - 1], b, db[LEVELS - 1]);
+  say("%-14s %-16s x %.3f (%.1e) v %.3f (%.1e) balance %.3f (%.1e)\n", scene->name, integrator, x,
+      dx[LEVELS - 1], v, dv[LEVELS - 1], b, db[LEVELS - 1]);
   assert_near(x, claimed, 0.1);
   assert_near(v, claimed, 0.1);
   assert_near(b, claimed, 0.15);

@@ -1,12 +1,14 @@
-/* V25: chains of one, two and three edges without stiffness are pendula; numbers of the catalogue (complete elliptic
- * integral; DOP853 to 3e-14, checked by Taylor series). V26: a folded chain falls faster than a stone. */
+/* V25: chains of one, two and three edges without stiffness are pendula; numbers of the catalogue (complete
+ * elliptic integral; DOP853 to 3e-14, checked by Taylor series). V26: a folded chain falls faster than a
+ * stone. */
 #include "support/near.h"
 
 #include "support/scenes.h"
 
 #define PI 3.14159265358979323846
 
-/* A chain of point masses from the origin, gravity 9.81 to -y. angle: of each link from the downward vertical. */
+/* A chain of point masses from the origin, gravity 9.81 to -y. angle: of each link from the downward
+ * vertical. */
 static void chain(trial *t, int links, const double *length, const double *mass, const double *angle,
                   const char *integrator, double h) {
   double xyz[3 * 8] = {0};
@@ -23,12 +25,13 @@ static void chain(trial *t, int links, const double *length, const double *mass,
   t->def.method.length_tolerance = 1e-13;
 }
 
-/* Period of one pendulum: where it is after a quarter of the expected period tells by how much it is early or late.
- * Its support is an edge that both ends hold, for a rod has two edges at least. */
+/* Period of one pendulum: where it is after a quarter of the expected period tells by how much it is early or
+ * late. Its support is an edge that both ends hold, for a rod has two edges at least. */
 static double period(double expected, double degrees, const char *integrator, long steps) {
   trial t = {0};
   double h = 0.25 * expected / (double)steps;
-  chain(&t, 2, (double[]){0.3, 0.5}, (double[]){1, 0.7}, (double[]){PI / 2, degrees * PI / 180}, integrator, h);
+  chain(&t, 2, (double[]){0.3, 0.5}, (double[]){1, 0.7}, (double[]){PI / 2, degrees * PI / 180}, integrator,
+        h);
   scene_hold(&t.def.rods[0], 1);
   trial_start(&t);
   trial_run(&t, steps);
@@ -46,10 +49,11 @@ static void test_single(void **state) {
   for (int k = 0; k < 4; k++) {
     double e[2], v[3];
     for (int n = 0; n < 3; n++) v[n] = period(expected[k], degrees[k], "verlet", 2000L << n);
-    for (int n = 0; n < 2; n++) e[n] = period(expected[k], degrees[k], "symplectic-euler", 2000L << n) - expected[k];
+    for (int n = 0; n < 2; n++)
+      e[n] = period(expected[k], degrees[k], "symplectic-euler", 2000L << n) - expected[k];
     double best = v[2] + (v[2] - v[1]) / 3, order = log2((v[0] - expected[k]) / (v[1] - expected[k]));
-    say("single %3.0f: verlet %.3e (order %.3f, extrapolated %.1e), symplectic Euler %.3e (order %.3f)\n", degrees[k],
-        v[1] - expected[k], order, best - expected[k], e[1], log2(e[0] / e[1]));
+    say("single %3.0f: verlet %.3e (order %.3f, extrapolated %.1e), symplectic Euler %.3e (order %.3f)\n",
+        degrees[k], v[1] - expected[k], order, best - expected[k], e[1], log2(e[0] / e[1]));
     assert_near(best, expected[k], 1e-9);
     assert_near(order, 2, 0.02);
     assert_near(log2(e[0] / e[1]), 1, 0.1);
@@ -57,8 +61,8 @@ static void test_single(void **state) {
 }
 
 /* Places of masses at a time, extrapolated from steps h and h/2 of the symmetric scheme. */
-static void place(int links, const double *length, const double *mass, const double *angle, double time, long steps,
-                  double *xyz, double error[2]) {
+static void place(int links, const double *length, const double *mass, const double *angle, double time,
+                  long steps, double *xyz, double error[2]) {
   double x[3][3 * 8];
   for (int n = 0; n < 3; n++) {
     trial t = {0};
@@ -85,7 +89,8 @@ static void test_double(void **state) {
                {2.0, {-0.295428667339, -0.0521718555746, -0.248527372862, -0.24659476723}}};
   for (int k = 0; k < 3; k++) {
     double x[9], e[2];
-    place(2, (double[]){0.3, 0.2}, (double[]){0.1, 0.15}, (double[]){PI / 2, PI / 2}, table[k].t, 5000L << k, x, e);
+    place(2, (double[]){0.3, 0.2}, (double[]){0.1, 0.15}, (double[]){PI / 2, PI / 2}, table[k].t, 5000L << k,
+          x, e);
     double flat[4] = {x[3], x[4], x[6], x[7]};
     say("double t %.1f: off by %.1e, order %.3f, extrapolated %.1e\n", table[k].t, e[0], log2(e[0] / e[1]),
         largest_difference(flat, table[k].x, 4));
@@ -97,11 +102,12 @@ static void test_double(void **state) {
 /* Three links. */
 static void test_triple(void **state) {
   (void)state;
-  static const double expected[2][2] = {{-0.416912929515, -0.352582214621}, {-0.37271771365, -0.439218241117}};
+  static const double expected[2][2] = {{-0.416912929515, -0.352582214621},
+                                        {-0.37271771365, -0.439218241117}};
   for (int k = 0; k < 2; k++) {
     double x[12], e[2];
-    place(3, (double[]){0.2, 0.2, 0.2}, (double[]){0.1, 0.1, 0.05}, (double[]){PI / 3, PI / 2, 2 * PI / 3}, 0.5 * (k + 1),
-          5000L << k, x, e);
+    place(3, (double[]){0.2, 0.2, 0.2}, (double[]){0.1, 0.1, 0.05}, (double[]){PI / 3, PI / 2, 2 * PI / 3},
+          0.5 * (k + 1), 5000L << k, x, e);
     say("triple t %.1f: off by %.1e, order %.3f, extrapolated %.1e\n", 0.5 * (k + 1), e[0], log2(e[0] / e[1]),
         largest_difference(x + 9, expected[k], 2));
     assert_near_array(x + 9, expected[k], 2, 1e-9);
@@ -130,7 +136,8 @@ static void test_double_euler(void **state) {
   assert_at_most(e[1], 1e-4);
 }
 
-/* V26: a chain of length 1 held at one end, the other end let go beside it: fall time 0.84721308 of a stone's. */
+/* V26: a chain of length 1 held at one end, the other end let go beside it: fall time 0.84721308 of a
+ * stone's. */
 static void test_folded(void **state) {
   (void)state;
   enum { EDGES = 200 };
@@ -138,7 +145,9 @@ static void test_folded(void **state) {
   int bend = 4; /* edges of the half circle that folds it */
   for (int j = 0; j < EDGES; j++) {
     int into = j - (EDGES - bend) / 2;
-    double angle = into < 0 ? 0 : into >= bend ? PI : PI * (into + 0.5) / bend; /* from straight down to straight up */
+    double angle = into < 0       ? 0
+                   : into >= bend ? PI
+                                  : PI * (into + 0.5) / bend; /* from straight down to straight up */
     xyz[3 * j + 3] = xyz[3 * j] + edge * sin(angle);
     xyz[3 * j + 4] = xyz[3 * j + 1] - edge * cos(angle);
   }
@@ -154,7 +163,8 @@ static void test_folded(void **state) {
   double start = x[3 * EDGES + 1];
   while (start - x[3 * EDGES + 1] < 0.9) trial_run(&t, 1);
   double speed = fabs(v[3 * EDGES + 1]), fallen = start - x[3 * EDGES + 1], time = hb_sim_time(t.sim);
-  say("folded chain: speed %.4f after %.4f in %.5f (a stone: %.5f)\n", speed, fallen, time, sqrt(2 * 0.9 / 9.81));
+  say("folded chain: speed %.4f after %.4f in %.5f (a stone: %.5f)\n", speed, fallen, time,
+      sqrt(2 * 0.9 / 9.81));
   assert_near_rel(speed, sqrt(9.81 * fallen * (2 - fallen) / (1 - fallen)), 0.01);
   assert_true(time < sqrt(2 * fallen / 9.81));
   trial_end(&t);

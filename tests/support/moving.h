@@ -1,5 +1,5 @@
-/* A collection of smooth motions, one for every kind of force and support; used by the tests of order, restart and
- * allocation. */
+/* A collection of smooth motions, one for every kind of force and support; used by the tests of order,
+ * restart and allocation. */
 #ifndef HB_TEST_MOVING_H
 #define HB_TEST_MOVING_H
 

@@ -14,7 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- definitions ------------------------------------------------------------------------------------------ */
+/* ---- definitions ------------------------------------------------------------------------------------------
+ */
 
 /* Empty scene with integrator and time step; never ends by itself. */
 static inline void scene_begin(hb_scene_def *def, const char *integrator, double time_step) {
@@ -40,8 +41,8 @@ static inline double *scene_fill(double value, size_t count) {
   return array;
 }
 
-/* A rod of nv vertices with the rest shape xyz, which is the initial shape too; isotropic bending alpha, twisting beta,
- * the same mass on every vertex. */
+/* A rod of nv vertices with the rest shape xyz, which is the initial shape too; isotropic bending alpha,
+ * twisting beta, the same mass on every vertex. */
 static inline hb_rod_def *scene_rod(hb_scene_def *def, int nv, const double *xyz, double alpha, double beta,
                                     double mass) {
   hb_rod_def *rods = hb_realloc(def->rods, (size_t)def->rod_count + 1, sizeof *rods);
@@ -76,10 +77,15 @@ static inline void scene_initial(hb_rod_def *rod, const double *xyz) {
 }
 
 /* Initial velocities. */
-static inline void scene_velocity(hb_rod_def *rod, const double *v) { rod->velocity = scene_copy(v, 3 * (size_t)rod->nv); }
+static inline void scene_velocity(hb_rod_def *rod, const double *v) {
+  rod->velocity = scene_copy(v, 3 * (size_t)rod->nv);
+}
 
-/* Takes the general path (Newton for the twist) even if the rod is isotropic and straight: a viscosity of zero. */
-static inline void scene_make_general(hb_rod_def *rod) { rod->viscosity = scene_fill(0, (size_t)rod->nv - 1); }
+/* Takes the general path (Newton for the twist) even if the rod is isotropic and straight: a viscosity of
+ * zero. */
+static inline void scene_make_general(hb_rod_def *rod) {
+  rod->viscosity = scene_fill(0, (size_t)rod->nv - 1);
+}
 
 /* Bending-rate viscosity on every edge. */
 static inline void scene_viscosity(hb_rod_def *rod, double viscosity) {
@@ -170,7 +176,8 @@ static inline hb_force_def *scene_force(hb_scene_def *def, hb_force_kind kind, c
   return f;
 }
 
-/* ---- shapes ----------------------------------------------------------------------------------------------- */
+/* ---- shapes -----------------------------------------------------------------------------------------------
+ */
 
 /* Straight from the origin to (x, y, z). */
 static inline void shape_line(int nv, double x, double y, double z, double *xyz) {
@@ -194,7 +201,8 @@ static inline void shape_bent(int nv, double edge, const double tilt[4], double 
   }
 }
 
-/* ---- a run ------------------------------------------------------------------------------------------------ */
+/* ---- a run ------------------------------------------------------------------------------------------------
+ */
 
 typedef struct trial {
   hb_scene_def def;
@@ -203,7 +211,8 @@ typedef struct trial {
   hb_frame *frame;
 } trial;
 
-/* Model, simulation and frame of t->def, which must be complete. Ends the test with the sentence if that fails. */
+/* Model, simulation and frame of t->def, which must be complete. Ends the test with the sentence if that
+ * fails. */
 static inline void trial_start(trial *t) {
   hb_error err = {HB_OK, ""};
   if (hb_model_create(&t->def, &t->model, &err)) fail_msg("model: %s", err.text);
@@ -252,7 +261,8 @@ static inline double largest_difference(const double *a, const double *b, size_t
   return largest;
 }
 
-/* Long runs are this many times shorter where sanitizers slow every step down; release builds do them in full. */
+/* Long runs are this many times shorter where sanitizers slow every step down; release builds do them in
+ * full. */
 #if defined(__SANITIZE_ADDRESS__)
 #define SHORTER 10
 #elif defined(__has_feature)
@@ -265,9 +275,9 @@ static inline double largest_difference(const double *a, const double *b, size_t
 #endif
 
 /* Tests that say what they measured print it only when HEBRA_TEST_VERBOSE is set. */
-#define say(...)                                                                                              \
-  do {                                                                                                        \
-    if (getenv("HEBRA_TEST_VERBOSE")) printf(__VA_ARGS__);                                                    \
+#define say(...)                                                                                             \
+  do {                                                                                                       \
+    if (getenv("HEBRA_TEST_VERBOSE")) printf(__VA_ARGS__);                                                   \
   } while (0)
 
 #endif
