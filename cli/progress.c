@@ -72,7 +72,7 @@ void cli_progress_end(cli_progress *p, const hb_frame *frame) {
     draw_bar(p, frame);
     fputc('\n', stderr);
   } else {
-    p->last_tenth = -1;
+    if (p->last_tenth < 10) p->last_tenth = -1; /* a run that ends early says where */
     print_line(p, frame);
   }
 }

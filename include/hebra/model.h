@@ -115,6 +115,7 @@ typedef struct hb_scene_def {
   hb_output_def output;
 } hb_scene_def;
 
+/* Arrays and strings in a definition come from malloc: hb_scene_def_free gives them to free. */
 /* Sets every default (strings NULL, integrator "verlet" allocated on demand: NULL means "verlet"). */
 void hb_scene_def_init(hb_scene_def *def);
 void hb_rod_def_init(hb_rod_def *def);

@@ -33,6 +33,7 @@ typedef struct hb_force_term {
               double *f);
   /* Potential energy of one rod, if the force has one that is a function of x (and t) alone; NULL otherwise. */
   double (*energy)(const hb_model *model, const hb_rod *rod, double t, const double *x);
+  bool uses_velocity; /* depends on v: second-order schemes then extrapolate the velocities */
   bool dissipative; /* its work counts as dissipated energy, not as work of loads */
 } hb_force_term;
 

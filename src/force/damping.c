@@ -15,4 +15,4 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
     hb_v3_accumulate(f + 3 * i, hb_v3_scale(-c * model->mass[i], hb_v3_load(v + 3 * i)));
 }
 
-const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true};
+const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true, true};

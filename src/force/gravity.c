@@ -42,4 +42,4 @@ static double energy(const hb_model *model, const hb_rod *rod, double t, const d
 }
 
 const hb_force_term hb_force_gravity = {"gravity", "weight of every vertex in a field of acceleration", active, add,
-                                        energy, false};
+                                        energy, false, false};

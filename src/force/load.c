@@ -79,4 +79,4 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
 }
 
 const hb_force_term hb_force_load = {"load", "point, distributed and per-vertex loads, dead or follower", active, add,
-                                     NULL, false};
+                                     NULL, false, false};

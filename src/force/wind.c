@@ -43,4 +43,4 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
   }
 }
 
-const hb_force_term hb_force_wind = {"wind", "linear and quadratic drag of a moving medium", active, add, NULL, false};
+const hb_force_term hb_force_wind = {"wind", "linear and quadratic drag of a moving medium", active, add, NULL, true, false};

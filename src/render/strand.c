@@ -184,7 +184,7 @@ static void choose_colors(const hb_tube *tube, hb_look *look) {
 
 /* Radius as drawn: what cannot be seen is drawn thicker. */
 static double drawn_radius(double radius, const hb_lens *lens) {
-  double least = fmin(fmax(lens->rect.h / 300.0, 0.8), 1.75) * lens->pixel;
+  double least = fmin(fmax(lens->rect.h / 200.0, 1), 1.75) * lens->pixel;
   return radius > least && radius < 1e100 ? radius : least;
 }
 

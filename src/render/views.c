@@ -55,8 +55,8 @@ static bool principal(double a, double b, double c, double out[2]) {
   double cos2 = half / root, x = sqrt(fmax(0, 0.5 * (1 + cos2))), y = sqrt(fmax(0, 0.5 * (1 - cos2)));
   out[0] = x;
   out[1] = b < 0 ? -y : y;
-  if (fabs(y) < 0.035) out[0] = 1, out[1] = 0;
-  if (fabs(x) < 0.035) out[0] = 0, out[1] = 1;
+  if (fabs(y) < 0.1) out[0] = 1, out[1] = 0;
+  if (fabs(x) < 0.1) out[0] = 0, out[1] = 1;
   if (fabs(x - y) < 0.02) { /* nearly diagonal is meant diagonal */
     out[0] = 0.7071067811865476;
     out[1] = out[1] < 0 ? -out[0] : out[0];

@@ -61,6 +61,7 @@ void hb_frames_hold(const hb_model *model, const hb_rod *rod, hb_state *state, h
     work->frame_turned[k] = turned + (angle - state->frame_angle[k]);
     state->frame_angle[k] = angle;
   }
+  if (rod->closed_form && rod->frame_count > 0) state->theta_0[rod->index] += work->frame_turned[rod->first_frame];
   hb_frames_now(model, rod, state, work);
 }
 

@@ -4,7 +4,7 @@
 #include "math/rotation.h"
 
 /* The rotation that parallel transport from edge a to edge b amounts to, as a product of (1 + t.t', t x t'), which is
- * twice the half-angle quaternion times a norm that does not matter. At most HB_PANEL_EDGES factors of norm <= 2. */
+ * 2 cos(phi/2) times the half-angle quaternion: the norm does not matter. At most HB_PANEL_EDGES factors of norm <= 2. */
 static hb_quat transport_along(const hb_rod_work *w, int a, int b) {
   hb_quat q = {1, {0, 0, 0}};
   hb_v3 t = hb_v3_load(w->tangent + 3 * a);

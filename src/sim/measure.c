@@ -12,12 +12,10 @@ static double twist_of(const hb_sim *sim, const hb_rod *rod, int s, int k) {
   return m->rest_twist[k] + (m->twist_gain[k] > 0 ? sim->state->moment[s] / m->twist_gain[k] : 0);
 }
 
-/* Material angle of the first edge: the anchor's director against m1, windings from the prescribed angle. */
+/* Material angle of the first edge: the anchor's director against m1, windings from the state. */
 static double first_angle(const hb_sim *sim, const hb_rod *rod, const double *m1) {
   const hb_state *state = sim->state;
   double expected = state->theta_0[rod->index];
-  int frame = sim->model->frame_of[rod->first];
-  if (rod->closed_form && frame >= 0) expected = state->frame_angle[frame];
   hb_v3 t = hb_v3_load(sim->stepper.rod_work.tangent);
   return hb_nearest_angle(hb_angle_about(hb_v3_load(state->anchor_m1 + 3 * rod->index), hb_v3_load(m1), t),
                           expected);

@@ -2,6 +2,7 @@
 #ifndef HB_SIM_SIM_H
 #define HB_SIM_SIM_H
 
+#include "hebra/sim.h"
 #include "time/stepper.h"
 
 struct hb_sim {

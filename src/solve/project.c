@@ -7,7 +7,8 @@
 
 /* Rows whose pivot falls below this part of its diagonal hang on the others: no room to move. */
 #define SINGULAR 1e-13
-/* Along fixed directions the lengths may have no solution at all; Newton that has not converged by then never will. */
+/* Along fixed directions the lengths may have no solution at all; Newton that has not converged by then never
+ * will. */
 #define SHAKE_ITERATIONS 16
 
 /* Arrays for the longest rod. */
@@ -15,14 +16,16 @@ hb_status hb_project_work_create(const hb_model *model, hb_project_work *w, hb_e
   size_t n = 0;
   for (int r = 0; r < model->rod_count; r++)
     if ((size_t)model->rods[r].nv > n) n = (size_t)model->rods[r].nv;
-  w->block = hb_alloc(9 * n, sizeof *w->block);
+  size_t count = 9 * n + 3 * (size_t)model->position_count;
+  w->block = hb_alloc(count, sizeof *w->block);
   if (!w->block) return hb_fail_memory(err, "workspace of the projection");
   w->gradient = w->block;
   w->direction = w->block + 3 * n;
   w->pivot = w->block + 6 * n;
   w->link = w->block + 7 * n;
   w->right = w->block + 8 * n;
-  w->bytes = 9 * n * sizeof *w->block;
+  w->support_pull = w->block + 9 * n;
+  w->bytes = count * sizeof *w->block;
   return HB_OK;
 }
 
@@ -41,7 +44,7 @@ typedef enum right_side { LENGTHS, RATES, GIVEN } right_side;
 
 /* One elimination: from either end towards the middle, so that two chains of divisions run side by side. */
 typedef struct chain {
-  hb_v3 g, d;       /* gradient and direction of the row before */
+  hb_v3 g, d;        /* gradient and direction of the row before */
   double inv, right; /* its 1/pivot and right-hand side */
 } chain;
 
@@ -62,8 +65,8 @@ typedef struct finding {
   bool full; /* every row has a sound pivot */
 } finding;
 
-/* Row j: gradient, diagonal, elimination of the row before it (j-1 if forwards, else j+1). The link to that row is
- * kept: the entry by which the row before needs this row's unknown in the back substitution. */
+/* Row j: gradient, diagonal, elimination of the row before it (j-1 if forwards, else j+1). The link to that
+ * row is kept: the entry by which the row before needs this row's unknown in the back substitution. */
 static inline void eliminate(const system *s, int j, bool forwards, chain *c, finding *found) {
   int k = s->rod->first + j;
   const double *mass = s->m->inv_mass + 3 * k, *shared = forwards ? mass : mass + 3;
@@ -84,7 +87,7 @@ static inline void eliminate(const system *s, int j, bool forwards, chain *c, fi
     right = s->w->right[j];
   }
   double diagonal = weighted(g, mass, d) + weighted(g, mass + 3, d);
-  double to_before = -weighted(g, shared, c->d);                        /* entry (this, before) */
+  double to_before = -weighted(g, shared, c->d);                          /* entry (this, before) */
   double from_before = s->along ? -weighted(c->g, shared, d) : to_before; /* entry (before, this) */
   double ratio = to_before * c->inv;
   double pivot = diagonal - ratio * from_before;
@@ -99,8 +102,8 @@ static inline void eliminate(const system *s, int j, bool forwards, chain *c, fi
   *c = (chain){g, d, inv, right};
 }
 
-/* Eliminates from both ends and solves the two rows that meet in the middle. The right-hand sides of those two become
- * their unknowns; all others wait for spread(). */
+/* Eliminates from both ends and solves the two rows that meet in the middle. The right-hand sides of those
+ * two become their unknowns; all others wait for spread(). */
 static inline finding meet(const system *s) {
   int ne = s->rod->nv - 1, half = ne / 2;
   chain a = {{0, 0, 0}, {0, 0, 0}, 0, 0}, b = a;
@@ -109,9 +112,11 @@ static inline finding meet(const system *s) {
     eliminate(s, j, true, &a, &found);
     eliminate(s, ne - 1 - j, false, &b, &found);
   }
-  if (2 * half < ne) eliminate(s, half, false, &b, &found); /* the row that is left over goes to the right half */
+  if (2 * half < ne)
+    eliminate(s, half, false, &b, &found); /* the row that is left over goes to the right half */
   const double *shared = s->m->inv_mass + 3 * (s->rod->first + half);
-  double up = -weighted(a.g, shared, b.d), low = -weighted(b.g, shared, a.d); /* entries (half-1, half), (half, half-1) */
+  double up = -weighted(a.g, shared, b.d),
+         low = -weighted(b.g, shared, a.d); /* entries (half-1, half), (half, half-1) */
   double ratio = low * a.inv, pivot = (b.inv != 0 ? 1 / b.inv : 0) - ratio * up;
   bool sound = b.inv != 0 && fabs(pivot) > SINGULAR * fabs(1 / b.inv);
   double unknown = sound ? (b.right - ratio * a.right) / pivot : 0;
@@ -140,14 +145,16 @@ typedef struct effect {
 /* Moves vertex slot k by -w (pull of the edge before it - pull of the edge after it). */
 static inline hb_v3 move(const hb_model *m, const effect *e, int k, hb_v3 before, hb_v3 after) {
   const double *mass = m->inv_mass + 3 * k;
-  hb_v3 moved = {-mass[0] * (before.x - after.x), -mass[1] * (before.y - after.y), -mass[2] * (before.z - after.z)};
+  hb_v3 moved = {-mass[0] * (before.x - after.x), -mass[1] * (before.y - after.y),
+                 -mass[2] * (before.z - after.z)};
   if (e->x) hb_v3_accumulate(e->x + 3 * k, hb_v3_scale(e->x_part, moved));
   hb_v3_accumulate(e->v + 3 * k, hb_v3_scale(e->v_part, moved));
   return moved;
 }
 
-/* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is left if the
- * corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta e|^2/|e-bar| remains. */
+/* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is
+ * left if the corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta
+ * e|^2/|e-bar| remains. */
 static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e) {
   int ne = rod->nv - 1, o = rod->first, half = ne / 2;
   double a = w->right[half - 1], b = w->right[half], after = 0;
@@ -192,18 +199,34 @@ static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_wor
 }
 
 /* First guess: the corrections of the last step once more. */
-static void warm_start(const hb_model *m, const hb_rod *rod, double *x, double *v, double inv_h, const double *lambda,
-                       const hb_project_work *w) {
+static void warm_start(const hb_model *m, const hb_rod *rod, double *x, double *v, double inv_h,
+                       const double *lambda, const hb_project_work *w) {
   hb_v3 before = {0, 0, 0};
   for (int j = 0; j < rod->nv; j++) {
     int k = rod->first + j;
     hb_v3 pull = {0, 0, 0};
     if (j + 1 < rod->nv) pull = hb_v3_scale(lambda[k], hb_v3_load(w->direction + 3 * j));
     const double *mass = m->inv_mass + 3 * k;
-    hb_v3 moved = {-mass[0] * (before.x - pull.x), -mass[1] * (before.y - pull.y), -mass[2] * (before.z - pull.z)};
+    hb_v3 moved = {-mass[0] * (before.x - pull.x), -mass[1] * (before.y - pull.y),
+                   -mass[2] * (before.z - pull.z)};
     hb_v3_accumulate(x + 3 * k, moved);
     hb_v3_accumulate(v + 3 * k, hb_v3_scale(inv_h, moved));
     before = pull;
+  }
+}
+
+/* The pull of the multipliers (by edge of the rod) along the fixed directions on the rod's prescribed
+ * vertices. */
+static void keep_support_pulls(const hb_model *m, const hb_rod *rod, hb_project_work *w,
+                               const double *multipliers) {
+  const double *directions = w->direction;
+  for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++) {
+    int i = m->positions[n].slot - rod->first;
+    for (int c = 0; c < 3; c++) {
+      double before = i > 0 ? multipliers[i - 1] * directions[3 * (i - 1) + c] : 0;
+      double after = i + 1 < rod->nv ? multipliers[i] * directions[3 * i + c] : 0;
+      w->support_pull[3 * n + c] = after - before;
+    }
   }
 }
 
@@ -237,34 +260,25 @@ static hb_status not_converged(const hb_model *m, const hb_rod *rod, const hb_pr
   if (!(p->error >= 0 && p->error < HUGE_VAL))
     return hb_fail(err, HB_ERR_NUMERIC, "rod %s: edge %d has a length that is not finite", rod->name, j);
   return hb_fail(err, HB_ERR_NUMERIC,
-                 "rod %s: inextensibility did not converge in %d iterations: edge %d is still off by %.3g (allowed: %.3g %s)",
+                 "rod %s: inextensibility did not converge in %d iterations: edge %d is still off by %.3g "
+                 "(allowed: %.3g %s)",
                  rod->name, p->iterations, j, p->error, m->def->method.length_tolerance,
-                 m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "of its length" : "absolute");
+                 m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "of its length"
+                                                                               : "absolute");
 }
 
-/* Newton on the lengths. */
-hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double *x, double *v, double h,
-                               const double *x_old, double *lambda, hb_project_work *w, hb_projection *result,
-                               hb_error *err) {
+/* Newton on the lengths, from where the first guess is. */
+static hb_status iterate(const hb_model *model, const hb_rod *rod, double *x, double *v, double h, bool along,
+                         double *lambda, hb_project_work *w, hb_projection *result, hb_error *err) {
   const hb_method_def *method = &model->def->method;
   bool relative = method->length_tolerance_kind == HB_TOLERANCE_RELATIVE;
-  *result = (hb_projection){0, 0, rod->first};
-  if (x_old) {
-    for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
-      hb_v3 d;
-      (void)hb_inextensible_edge(x_old + 3 * k, model->rest_length[k], model->inv_rest_length[k], &d);
-      hb_v3_store(w->direction + 3 * j, d);
-    }
-    if (lambda) warm_start(model, rod, x, v, 1 / h, lambda, w);
-  } else if (lambda) {
-    memset(lambda + rod->first, 0, (size_t)rod->nv * sizeof *lambda);
-  }
-  const system lengths = {model, rod, x, v, w, x_old != NULL, relative, LENGTHS};
-  int limit = x_old && method->max_projections > SHAKE_ITERATIONS ? SHAKE_ITERATIONS : method->max_projections;
-  const effect correction = {x, v, 1, 1 / h, x_old ? w->direction : w->gradient,
-                             lambda ? lambda + rod->first : NULL, relative};
+  const system lengths = {model, rod, x, v, w, along, relative, LENGTHS};
+  int limit =
+      along && method->max_projections > SHAKE_ITERATIONS ? SHAKE_ITERATIONS : method->max_projections;
+  const effect correction = {
+      x, v, 1, 1 / h, along ? w->direction : w->gradient, lambda ? lambda + rod->first : NULL, relative};
   for (;;) {
-    finding found = x_old ? meet_along(&lengths) : meet_gradient(&lengths);
+    finding found = along ? meet_along(&lengths) : meet_gradient(&lengths);
     result->error = found.worst;
     result->edge = found.edge;
     if (found.worst <= method->length_tolerance) return HB_OK;
@@ -281,8 +295,29 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
   }
 }
 
+/* First guess, iteration, and what it pulled the supports by. */
+hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double *x, double *v, double h,
+                               const double *x_old, double *lambda, hb_project_work *w, hb_projection *result,
+                               hb_error *err) {
+  *result = (hb_projection){0, 0, rod->first};
+  if (x_old) {
+    for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
+      hb_v3 d;
+      (void)hb_inextensible_edge(x_old + 3 * k, model->rest_length[k], model->inv_rest_length[k], &d);
+      hb_v3_store(w->direction + 3 * j, d);
+    }
+    if (lambda) warm_start(model, rod, x, v, 1 / h, lambda, w);
+  } else if (lambda) {
+    memset(lambda + rod->first, 0, (size_t)rod->nv * sizeof *lambda);
+  }
+  hb_status status = iterate(model, rod, x, v, h, x_old != NULL, lambda, w, result, err);
+  if (x_old && lambda) keep_support_pulls(model, rod, w, lambda + rod->first);
+  return status;
+}
+
 /* One linear solve G M^-1 G^T mu = G v. */
-void hb_project_velocities(const hb_model *m, const hb_rod *rod, const double *x, double *v, hb_project_work *w) {
+void hb_project_velocities(const hb_model *m, const hb_rod *rod, const double *x, double *v,
+                           hb_project_work *w) {
   const system rates = {m, rod, x, v, w, false, true, RATES};
   const effect correction = {NULL, v, 0, 1, w->gradient, NULL, true};
   (void)meet_rates(&rates);
@@ -300,8 +335,8 @@ static hb_v3 free_acceleration(const hb_model *m, int slot, const double *f, con
 }
 
 /* G M^-1 G^T lambda = G a + 2 |de/dt|^2/|e-bar|. */
-void hb_project_tension(const hb_model *m, const hb_rod *rod, const double *x, const double *v, const double *f,
-                        const double *a, double *lambda, hb_project_work *w) {
+void hb_project_tension(const hb_model *m, const hb_rod *rod, const double *x, const double *v,
+                        const double *f, const double *a, double *lambda, hb_project_work *w) {
   const system given = {m, rod, x, v, w, false, true, GIVEN};
   int ne = rod->nv - 1, half = ne / 2;
   for (int j = 0; j < ne; j++) {

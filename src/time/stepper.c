@@ -10,17 +10,17 @@
 static void list_terms(hb_stepper *s) {
   for (int r = 0; r < s->model->rod_count; r++) {
     const hb_rod *rod = &s->model->rods[r];
-    for (int k = 0; s->terms[k] && k < HB_TERMS_MAX; k++)
-      if (s->terms[k]->active(s->model, rod)) s->active[r] |= 1u << k;
-    s->rates[r] = s->model->def->rods[r].mass_damping > 0;
-    for (int k = 0; k < s->model->def->force_count; k++)
-      if (s->model->def->forces[k].kind == HB_FORCE_WIND) s->rates[r] = 1;
+    for (int k = 0; s->terms[k] && k < HB_TERMS_MAX; k++) {
+      if (!s->terms[k]->active(s->model, rod)) continue;
+      s->active[r] |= 1u << k;
+      if (s->terms[k]->uses_velocity) s->rates[r] = 1;
+    }
   }
 }
 
 /* Workspace of a run. */
-hb_status hb_stepper_init(hb_stepper *s, const hb_model *model, hb_state *state, const hb_force_term *const *terms,
-                          hb_error *err) {
+hb_status hb_stepper_init(hb_stepper *s, const hb_model *model, hb_state *state,
+                          const hb_force_term *const *terms, hb_error *err) {
   memset(s, 0, sizeof *s);
   s->model = model;
   s->state = state;
@@ -37,7 +37,8 @@ hb_status hb_stepper_init(hb_stepper *s, const hb_model *model, hb_state *state,
   s->rates = hb_alloc((size_t)model->rod_count, sizeof *s->rates);
   s->active = hb_alloc((size_t)model->rod_count, sizeof *s->active);
   if (model->any_follower) s->follower_m1 = hb_alloc(n, sizeof *s->follower_m1);
-  if (!s->x_old || !s->v_old || !s->v_predicted || !s->force_old || !s->torque_old || !s->rates || !s->active || (model->any_follower && !s->follower_m1))
+  if (!s->x_old || !s->v_old || !s->v_predicted || !s->force_old || !s->torque_old || !s->rates ||
+      !s->active || (model->any_follower && !s->follower_m1))
     return hb_fail_memory(err, "workspace of the run");
   list_terms(s);
   return HB_OK;
@@ -124,6 +125,7 @@ void hb_support_at(const hb_model *model, const hb_position_support *p, double t
   if (p->tangent) {
     hb_v3 unit = hb_v3_load(p->initial), rate = {0, 0, 0};
     double reach = p->sign * model->rest_length[p->edge];
+    for (int c = 0; c < 3; c++) vars[HB_VAR_X + c] = model->initial[3 * p->base + c];
     if (!p->def->held) unit_direction(p, vars, &unit, &rate);
     hb_v3_store(x, hb_v3_axpy(hb_v3_load(base_x), reach, unit));
     hb_v3_store(v, hb_v3_axpy(hb_v3_load(base_v), reach, rate));
@@ -146,7 +148,8 @@ void hb_stepper_place(hb_stepper *s, const hb_rod *rod, double t, double h, bool
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++) {
     const hb_position_support *p = &s->model->positions[k];
     double *x = s->state->x + 3 * p->slot, *v = s->state->v + 3 * p->slot, rate[3] = {0, 0, 0};
-    const double *base = p->tangent ? s->state->x + 3 * p->base : x, *base_v = s->state->v + 3 * (p->tangent ? p->base : p->slot);
+    const double *base = p->tangent ? s->state->x + 3 * p->base : x,
+                 *base_v = s->state->v + 3 * (p->tangent ? p->base : p->slot);
     hb_support_at(s->model, p, t, base, base_v, x, rate);
     for (int c = 0; c < 3; c++)
       if (p->fixed[c]) v[c] = exact ? rate[c] : (x[c] - s->x_old[3 * p->slot + c]) / h;
@@ -163,7 +166,8 @@ static const double *follower_frames(hb_stepper *s, const hb_rod *rod) {
 }
 
 /* Elastic force and loads. */
-hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const double *v, double h, hb_error *err) {
+hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const double *v, double h,
+                              hb_error *err) {
   hb_state *state = s->state;
   hb_stepper_begin(s);
   hb_status status = hb_rod_settle(s->model, rod, state, &s->rod_work, t, h, err);
@@ -181,7 +185,8 @@ hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const 
   memset(state->load + from, 0, (to - from) * sizeof(double));
   for (int k = 0; s->terms[k]; k++)
     if (s->active[rod->index] & (1u << k))
-      s->terms[k]->add(s->model, rod, t, state->x, v, m1, s->terms[k]->dissipative ? state->force : state->load);
+      s->terms[k]->add(s->model, rod, t, state->x, v, m1,
+                       s->terms[k]->dissipative ? state->force : state->load);
   for (size_t k = from; k < to; k++) state->force[k] += state->load[k];
   hb_stepper_end(s, HB_STAGE_LOADS);
   return HB_OK;
@@ -190,8 +195,9 @@ hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const 
 /* Lengths. */
 hb_status hb_stepper_project(hb_stepper *s, const hb_rod *rod, double h, bool at_old, hb_error *err) {
   hb_projection p;
-  hb_status status = hb_project_positions(s->model, rod, s->state->x, s->state->v, h, at_old ? s->x_old : NULL,
-                                          s->state->lambda, &s->project_work, &p, err);
+  hb_status status =
+      hb_project_positions(s->model, rod, s->state->x, s->state->v, h, at_old ? s->x_old : NULL,
+                           s->state->lambda, &s->project_work, &p, err);
   s->state->scalar[HB_S_PROJECTIONS] += p.iterations;
   if (!status && p.error > s->length_error) s->length_error = p.error;
   return status;
@@ -220,23 +226,42 @@ static bool moves(const hb_position_support *p) {
   return false;
 }
 
-/* Force of the edges' multipliers (lambda[0] belongs to the rod's first edge) on vertex slot i, coordinate c, with the
- * gradients at x. */
-static double constraint_force(const hb_model *m, const hb_rod *rod, const double *lambda, const double *x, int i,
-                               int c) {
-  double force = 0;
+/* Force of the multipliers of the velocity projection (mu[0] belongs to the rod's first edge) on vertex slot
+ * i, coordinate c, times h. */
+static double velocity_pull(const hb_model *m, const hb_rod *rod, const double *mu, const double *x, int i,
+                            int c) {
+  double pull = 0;
   int j = i - rod->first, k = 3 * i + c;
-  if (j > 0) force -= lambda[j - 1] * 2 * m->inv_rest_length[i - 1] * (x[k] - x[k - 3]);
-  if (j + 1 < rod->nv) force += lambda[j] * 2 * m->inv_rest_length[i] * (x[k + 3] - x[k]);
-  return force;
+  if (j > 0) pull -= mu[j - 1] * 2 * m->inv_rest_length[i - 1] * (x[k] - x[k - 3]);
+  if (j + 1 < rod->nv) pull += mu[j] * 2 * m->inv_rest_length[i] * (x[k + 3] - x[k]);
+  return pull;
 }
 
-/* Momentum balance of a prescribed vertex over the step gives the support's mean force; times the way it went. Frames
- * work through their torque. */
+/* The correction, times 1/h, is what the velocities have beyond the kick; projecting it gives its
+ * multipliers. */
+void hb_stepper_find_pull(hb_stepper *s, const hb_rod *rod, double h, double kick) {
+  const hb_model *m = s->model;
+  hb_project_work *w = &s->project_work;
+  double *rest = s->v_predicted;
+  bool any = false;
+  for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++)
+    any = any || moves(&m->positions[n]);
+  if (!any) return; /* supports that stand still do no work */
+  for (int k = 3 * rod->first; k < 3 * (rod->first + rod->nv); k++)
+    rest[k] =
+        m->inv_mass[k] == 0 ? 0 : s->state->v[k] - s->v_old[k] - kick * (m->inv_mass[k] * s->state->force[k]);
+  hb_project_velocities(m, rod, s->state->x, rest, w);
+  for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++)
+    for (int c = 0; c < 3; c++)
+      w->support_pull[3 * n + c] = -h * velocity_pull(m, rod, w->right, s->state->x, m->positions[n].slot, c);
+}
+
+/* Momentum balance of a prescribed vertex over the step gives the support's mean force; times the way it
+ * went. Frames work through their torque. */
 void hb_stepper_book_supports(hb_stepper *s, const hb_rod *rod, double h, bool rattle) {
   hb_state *state = s->state;
   const hb_model *m = s->model;
-  const double *lambda = state->lambda + rod->first, *mu = s->project_work.right;
+  const hb_project_work *w = &s->project_work;
   double work = 0;
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++) {
     const hb_position_support *p = &m->positions[n];
@@ -244,9 +269,8 @@ void hb_stepper_book_supports(hb_stepper *s, const hb_rod *rod, double h, bool r
     for (int c = 0; c < 3; c++) {
       int k = 3 * p->slot + c, i = p->slot;
       if (!p->fixed[c]) continue;
-      double pull = rattle ? (constraint_force(m, rod, lambda, s->x_old, i, c) / h +
-                              constraint_force(m, rod, mu, state->x, i, c)) / h
-                           : constraint_force(m, rod, lambda, state->x, i, c) / (h * h);
+      double pull = w->support_pull[3 * n + c] / (h * h);
+      if (rattle) pull += velocity_pull(m, rod, w->right, state->x, i, c) / h;
       double given = rattle ? 0.5 * (s->force_old[3 * n + c] + state->force[k]) : s->force_old[3 * n + c];
       double force = m->mass[i] * (state->v[k] - s->v_old[k]) / h - given - pull;
       work += force * (state->x[k] - s->x_old[k]);

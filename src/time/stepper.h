@@ -1,4 +1,5 @@
-/* What integrators work on, and the moves they are made of. One rod at a time: its data stay in cache for a whole step. */
+/* What integrators work on, and the moves they are made of. One rod at a time: its data stay in cache for a
+ * whole step. */
 #ifndef HB_TIME_STEPPER_H
 #define HB_TIME_STEPPER_H
 
@@ -14,15 +15,15 @@ struct hb_stepper {
   const hb_force_term *const *terms; /* NULL-terminated */
   hb_rod_work rod_work;
   hb_project_work project_work;
-  double *x_old, *v_old;   /* 3 per slot: at the start of the step */
-  double *v_predicted;     /* 3 per slot: velocities extrapolated to the end of the step */
-  double *force_old;       /* 3 per prescribed vertex */
-  double *torque_old;      /* per prescribed frame */
-  double *follower_m1;     /* 3 per slot: directors for follower loads, or NULL */
-  unsigned char *rates;    /* per rod: do its loads depend on velocity? */
-  unsigned *active;        /* per rod: bit k set if terms[k] acts on it */
-  double length_error;     /* largest of this step */
-  bool timed;              /* take stage times in this step */
+  double *x_old, *v_old; /* 3 per slot: at the start of the step */
+  double *v_predicted;   /* 3 per slot: velocities extrapolated to the end of the step */
+  double *force_old;     /* 3 per prescribed vertex */
+  double *torque_old;    /* per prescribed frame */
+  double *follower_m1;   /* 3 per slot: directors for follower loads, or NULL */
+  unsigned char *rates;  /* per rod: do its loads depend on velocity? */
+  unsigned *active;      /* per rod: bit k set if terms[k] acts on it */
+  double length_error;   /* largest of this step */
+  bool timed;            /* take stage times in this step */
   double stage_started;
   double stage_seconds[HB_STAGE_COUNT];
 };
@@ -42,23 +43,31 @@ void hb_stepper_undo(hb_stepper *stepper, const hb_rod *rod);
 /* v += h M^-1 force on free coordinates; with drift also x += h v. */
 void hb_stepper_kick(hb_stepper *stepper, const hb_rod *rod, double h);
 void hb_stepper_kick_drift(hb_stepper *stepper, const hb_rod *rod, double kick, double drift);
-/* Puts prescribed vertices where they are at time t. exact: their velocity is the formula's derivative at t, else the
- * distance moved since x_old over h. */
+/* Puts prescribed vertices where they are at time t. exact: their velocity is the formula's derivative at t,
+ * else the distance moved since x_old over h. */
 void hb_stepper_place(hb_stepper *stepper, const hb_rod *rod, double t, double h, bool exact);
-/* Elastic force, loads at time t with velocities v, into state->force and state->load. h: step for viscosity. */
+/* Elastic force, loads at time t with velocities v, into state->force and state->load. h: step for viscosity.
+ */
 hb_status hb_stepper_evaluate(hb_stepper *stepper, const hb_rod *rod, double t, const double *v, double h,
                               hb_error *err);
-/* Inextensibility of positions; moving: gradient at x_old (SHAKE) instead of the iterate. Books iterations and errors. */
+/* Inextensibility of positions; moving: gradient at x_old (SHAKE) instead of the iterate. Books iterations
+ * and errors. */
 hb_status hb_stepper_project(hb_stepper *stepper, const hb_rod *rod, double h, bool at_old, hb_error *err);
-/* Half of the work that loads, supports and damping did while the rod moved from x_old to x, with the forces as they
- * are now: called once before and once after the evaluation. */
+/* Half of the work that loads, supports and damping did while the rod moved from x_old to x, with the forces
+ * as they are now: called once before and once after the evaluation. */
 void hb_stepper_book_work(hb_stepper *stepper, const hb_rod *rod, double h);
-/* Work of moving supports over the step, from the momentum that they must have given. rattle: constraint forces are the
- * mean of those of the two projections of a Verlet step, else those of one fast projection. */
+/* After fast projection with big turns, for hb_stepper_book_supports: what the supports were pulled by if the
+ * whole correction was along the edges as they are now. The multipliers of its iterates belong to other edges
+ * each and may overshoot by far before they come back. kick: by which the velocities were kicked before
+ * (times force). */
+void hb_stepper_find_pull(hb_stepper *stepper, const hb_rod *rod, double h, double kick);
+/* Work of moving supports over the step, from the momentum that they must have given. rattle: constraint
+ * forces are the mean of those of the two projections of a Verlet step, else those of one fast projection. */
 void hb_stepper_book_supports(hb_stepper *stepper, const hb_rod *rod, double h, bool rattle);
 
-/* A prescribed vertex at time t: position and exact velocity. base_x, base_v: of the base vertex (tangents). */
-void hb_support_at(const hb_model *model, const hb_position_support *support, double t, const double base_x[3],
-                   const double base_v[3], double x[3], double v[3]);
+/* A prescribed vertex at time t: position and exact velocity. base_x, base_v: of the base vertex (tangents).
+ */
+void hb_support_at(const hb_model *model, const hb_position_support *support, double t,
+                   const double base_x[3], const double base_v[3], double x[3], double v[3]);
 
 #endif

@@ -13,6 +13,7 @@ static hb_status step_rod(hb_stepper *s, const hb_rod *rod, double t, double h, 
   hb_stepper_end(s, HB_STAGE_MOVE);
   hb_status status = hb_stepper_project(s, rod, h, false, err);
   if (status) return status;
+  hb_stepper_find_pull(s, rod, h, h);
   hb_stepper_end(s, HB_STAGE_PROJECT);
   hb_stepper_book_work(s, rod, h);
   status = hb_stepper_evaluate(s, rod, t, s->state->v, h, err);
@@ -27,9 +28,11 @@ static hb_status step_rod(hb_stepper *s, const hb_rod *rod, double t, double h, 
 static hb_status step(hb_stepper *s, double h, hb_error *err) {
   double t = (s->state->scalar[HB_S_STEP] + 1) * h;
   hb_status status = HB_OK;
-  for (int r = 0; !status && r < s->model->rod_count; r++) status = step_rod(s, &s->model->rods[r], t, h, err);
+  for (int r = 0; !status && r < s->model->rod_count; r++)
+    status = step_rod(s, &s->model->rods[r], t, h, err);
   return status;
 }
 
 const hb_integrator hb_integrator_symplectic_euler = {
-    "symplectic-euler", "symplectic Euler with fast projection (Goldenthal et al. 2007), as in the thesis", 1, false, step};
+    "symplectic-euler", "symplectic Euler with fast projection (Goldenthal et al. 2007), as in the thesis", 1,
+    false, step};

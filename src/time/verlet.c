@@ -1,5 +1,5 @@
-/* Constrained velocity Verlet: half kick, drift, lengths along the old gradient (SHAKE), force, half kick, velocities
- * made tangent (RATTLE; Andersen 1983). Second order, time-symmetric, exact in both momenta.
+/* Constrained velocity Verlet: half kick, drift, lengths along the old gradient (SHAKE), force, half kick,
+ * velocities made tangent (RATTLE; Andersen 1983). Second order, time-symmetric, exact in both momenta.
  *
  * Forces that depend on velocity are taken at 2 v(n+1/2) - v(n), which is v(n+1) to second order. */
 #include "time/integrators.h"
@@ -17,16 +17,18 @@ static void move(hb_stepper *s, const hb_rod *rod, double t, double h) {
   hb_stepper_place(s, rod, t, h, false);
 }
 
-/* Lengths along the old gradient. Where a rod is taut and straight that gradient has no part across the rod, and
- * supports that come closer leave it no solution: then once more with the gradient that follows the iterate. Such steps
- * are counted; they are first order. */
+/* Lengths along the old gradient. Where a rod is taut and straight that gradient has no part across the rod,
+ * and supports that come closer leave it no solution: then once more with the gradient that follows the
+ * iterate. Such steps are counted; they are first order. */
 static hb_status fit_lengths(hb_stepper *s, const hb_rod *rod, double t, double h, hb_error *err) {
   hb_status status = hb_stepper_project(s, rod, h, true, err);
   if (status != HB_ERR_NUMERIC) return status;
   hb_stepper_undo(s, rod);
   move(s, rod, t, h);
   s->state->scalar[HB_S_FALLBACKS]++;
-  return hb_stepper_project(s, rod, h, false, err);
+  status = hb_stepper_project(s, rod, h, false, err);
+  if (!status) hb_stepper_find_pull(s, rod, h, 0.5 * h);
+  return status;
 }
 
 /* One rod. */
@@ -58,9 +60,11 @@ static hb_status step_rod(hb_stepper *s, const hb_rod *rod, double t, double h, 
 static hb_status step(hb_stepper *s, double h, hb_error *err) {
   double t = (s->state->scalar[HB_S_STEP] + 1) * h;
   hb_status status = HB_OK;
-  for (int r = 0; !status && r < s->model->rod_count; r++) status = step_rod(s, &s->model->rods[r], t, h, err);
+  for (int r = 0; !status && r < s->model->rod_count; r++)
+    status = step_rod(s, &s->model->rods[r], t, h, err);
   return status;
 }
 
 const hb_integrator hb_integrator_verlet = {
-    "verlet", "constrained velocity Verlet (SHAKE and RATTLE), second order and time-symmetric", 2, true, step};
+    "verlet", "constrained velocity Verlet (SHAKE and RATTLE), second order and time-symmetric", 2, true,
+    step};

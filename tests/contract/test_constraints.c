@@ -1,5 +1,5 @@
-/* What every constraint in the list must satisfy: its rows are the derivatives of its values, it is met at rest, and it
- * does not care where the rod lies. */
+/* What every constraint in the list must satisfy: its rows are the derivatives of its values, it is met at
+ * rest, and it does not care where the rod lies. */
 #include "hebra/plug.h"
 #include "support/near.h"
 #include "support/rods.h"
@@ -9,7 +9,8 @@
 #define TRIALS 30
 #define ROOM 128
 
-/* A random rod at its initial shape, shaken so that the constraint is not met; whichever rod of two in the numbering. */
+/* A random rod at its initial shape, shaken so that the constraint is not met; whichever rod of two in the
+ * numbering. */
 typedef struct trial {
   rod_case c;
   double x[ROOM], values[ROOM], rows[6 * ROOM];

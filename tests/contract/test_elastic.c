@@ -1,5 +1,5 @@
-/* What every elastic force must satisfy, whatever the rod: nothing at rest, no net force or torque, and the same answer
- * however the rod is placed, numbered, framed, mirrored, scaled or listed (V50, 3 to 6 and 8). */
+/* What every elastic force must satisfy, whatever the rod: nothing at rest, no net force or torque, and the
+ * same answer however the rod is placed, numbered, framed, mirrored, scaled or listed (V50, 3 to 6 and 8). */
 #include "base/memory.h"
 #include "math/rotation.h"
 #include "support/energy.h"
@@ -18,7 +18,8 @@ typedef struct solved {
   double theta[ROOM], m1[ROOM], energy;
 } solved;
 
-/* Gives the rest shape explicit directors where it has natural twist, so that it can be turned and mirrored. */
+/* Gives the rest shape explicit directors where it has natural twist, so that it can be turned and mirrored.
+ */
 static void make_rest_explicit(hb_rod_def *def) {
   const double *x = def->rest;
   if (!def->natural_twist) return;
@@ -57,8 +58,8 @@ static void solve(solved *s) {
   rod_energy_free(&e);
 }
 
-/* Prescribes in variant the edges that are held in original, at angles made from the original's. from_end: edges count
- * from the other end. angle = offset + factor * theta. */
+/* Prescribes in variant the edges that are held in original, at angles made from the original's. from_end:
+ * edges count from the other end. angle = offset + factor * theta. */
 static void hold_like(solved *variant, const solved *original, bool from_end, double offset, double factor) {
   int last = original->c.rod->nv - 2;
   for (int j = 0; j <= last; j++) {
@@ -106,7 +107,8 @@ static void rigid_motion(uint64_t seed, int family, int ends) {
   rod_move(rotation, NULL, rod_case_force(&a.c), def->nv, force);
   check_same(&b, &a, force);
   for (int k = 0; k < a.c.model->frame_count; k++)
-    assert_near(b.c.state->frame_torque[k], a.c.state->frame_torque[k], 1e-11 * (1 + fabs(a.c.state->frame_torque[k])));
+    assert_near(b.c.state->frame_torque[k], a.c.state->frame_torque[k],
+                1e-11 * (1 + fabs(a.c.state->frame_torque[k])));
   rod_case_free(&a.c);
   rod_case_free(&b.c);
 }
@@ -259,9 +261,7 @@ static void test_balance(void **state) {
 
 /* Stiffness times 1e-6 and 1e6, lengths times 1e-3: energy as B/L, force as B/L^2. */
 static void scaling(uint64_t seed, int family, int ends) {
-  static const struct {
-    double stiffness, length;
-  } factors[] = {{1e-6, 1}, {1e6, 1}, {1, 1e-3}, {1e6, 1e-3}};
+  static const struct { double stiffness, length; } factors[] = {{1e-6, 1}, {1e6, 1}, {1, 1e-3}, {1e6, 1e-3}};
   solved a;
   draw(&a, seed, family, ends);
   solve(&a);
@@ -275,7 +275,8 @@ static void scaling(uint64_t seed, int family, int ends) {
     for (int i = 0; i < 3 * def->nv; i++) def->rest[i] *= length;
     for (int i = 0; i < 3 * def->nv; i++) def->initial[i] *= length;
     solve(&b);
-    for (int i = 0; i < 3 * def->nv; i++) force[i] = rod_case_force(&b.c)[i] / (stiffness / (length * length));
+    for (int i = 0; i < 3 * def->nv; i++)
+      force[i] = rod_case_force(&b.c)[i] / (stiffness / (length * length));
     double largest = rod_largest(rod_case_force(&a.c), 3 * def->nv);
     assert_at_most(rod_difference(force, rod_case_force(&a.c), 3 * def->nv), 1e-11 * largest);
     assert_near(b.energy / (stiffness / length), a.energy, 1e-12 * (1 + a.energy));
@@ -336,7 +337,8 @@ static void test_listing(void **state) {
       for (int k = 0; k < 2; k++) {
         rng r = rng_start(seed + 100 * (uint64_t)k);
         int kind = (int)(seed + (uint64_t)k) % ROD_FAMILY_COUNT;
-        rod_case_random(&parts[k], &r, (rod_family)kind, (rod_ends)((seed / 4 + (uint64_t)k) % ROD_ENDS_COUNT), 3);
+        rod_case_random(&parts[k], &r, (rod_family)kind,
+                        (rod_ends)((seed / 4 + (uint64_t)k) % ROD_ENDS_COUNT), 3);
       }
       both = parts[order];
       both.def.rods = hb_realloc(both.def.rods, 2, sizeof *both.def.rods);
@@ -348,7 +350,8 @@ static void test_listing(void **state) {
       assert_int_equal(hb_sim_create(both.model, &sim, &err), HB_OK);
       for (int k = 0; k < 2; k++) {
         const hb_rod *rod = &both.model->rods[order ? 1 - k : k];
-        memcpy(force[order][k], hb_sim_const_state(sim)->force + 3 * rod->first, 3 * (size_t)rod->nv * sizeof(double));
+        memcpy(force[order][k], hb_sim_const_state(sim)->force + 3 * rod->first,
+               3 * (size_t)rod->nv * sizeof(double));
         if (order == 1) assert_memory_equal(force[1][k], force[0][k], 3 * (size_t)rod->nv * sizeof(double));
       }
       hb_sim_free(sim);
@@ -358,9 +361,9 @@ static void test_listing(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_rest),     cmocka_unit_test(test_balance),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_rest),         cmocka_unit_test(test_balance),
                                      cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_frame_choice),
-                                     cmocka_unit_test(test_reversal), cmocka_unit_test(test_mirror),
-                                     cmocka_unit_test(test_scale),    cmocka_unit_test(test_listing)};
+                                     cmocka_unit_test(test_reversal),     cmocka_unit_test(test_mirror),
+                                     cmocka_unit_test(test_scale),        cmocka_unit_test(test_listing)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

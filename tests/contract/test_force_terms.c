@@ -1,5 +1,6 @@
-/* What every load in the list must satisfy: it adds, touches its own rod only, is minus the gradient of its energy where
- * it has one, turns with space, gives no power where it calls itself dissipative, and does nothing where it is not active. */
+/* What every load in the list must satisfy: it adds, touches its own rod only, is minus the gradient of its
+ * energy where it has one, turns with space, gives no power where it calls itself dissipative, and does
+ * nothing where it is not active. */
 #include "base/memory.h"
 #include "hebra/plug.h"
 #include "support/near.h"
@@ -40,7 +41,8 @@ static void add_rod(rod_case *c) {
 
 /* Gravity, wind, loads of every kind (dead and follower), damping on the second rod only. */
 static void make_loads(scene *s, const double rotation[9]) {
-  static const double vectors[6][3] = {{0.3, -9.8, 1}, {2, 0.5, -1}, {0.1, 0.2, 0.3}, {-1, 4, 2}, {3, 1, -2}, {0.5, 2, -1}};
+  static const double vectors[6][3] = {{0.3, -9.8, 1}, {2, 0.5, -1}, {0.1, 0.2, 0.3},
+                                       {-1, 4, 2},     {3, 1, -2},   {0.5, 2, -1}};
   double turned[6][3];
   rod_move(rotation, NULL, &vectors[0][0], 6, &turned[0][0]);
   (void)add_force(&s->c.def, HB_FORCE_GRAVITY, turned[0]);
@@ -48,7 +50,8 @@ static void make_loads(scene *s, const double rotation[9]) {
   f->vertex = -2;
   (void)add_force(&s->c.def, HB_FORCE_DISTRIBUTED, turned[4]);
   (void)add_force(&s->c.def, HB_FORCE_PER_VERTEX, turned[2]);
-  f = add_force(&s->c.def, HB_FORCE_PER_VERTEX, vectors[5]); /* along t, m1, m2: the same whatever the rotation */
+  f = add_force(&s->c.def, HB_FORCE_PER_VERTEX,
+                vectors[5]); /* along t, m1, m2: the same whatever the rotation */
   f->follower = true;
   f->rod = 0;
   f = add_force(&s->c.def, HB_FORCE_POINT, vectors[1]);
@@ -116,8 +119,10 @@ static void test_adds_to_its_rod(void **state) {
         for (int i = 0; i < NUMBERS; i++) g[i] = 100 + i;
         hb_force_terms[k]->add(s.c.model, &s.c.model->rods[rod], 0.3, s.x, s.v, s.m1, g);
         for (int i = 0; i < NUMBERS; i++) {
-          if (i / (3 * NV) == rod) assert_near(g[i], 100 + i + f[i], 1e-11);
-          else assert_same(g[i], 100 + i);
+          if (i / (3 * NV) == rod)
+            assert_near(g[i], 100 + i + f[i], 1e-11);
+          else
+            assert_same(g[i], 100 + i);
         }
         assert_true(rod_largest(f + 3 * NV * rod, 3 * NV) > 0);
         double again[NUMBERS];
@@ -226,8 +231,8 @@ static void test_dissipative(void **state) {
   assert_true(found > 0);
 }
 
-/* The named terms' own laws: weight m g; loads add up to what was asked for; damping -c m v; drag against the relative
- * velocity, nothing where the rod goes with the wind. */
+/* The named terms' own laws: weight m g; loads add up to what was asked for; damping -c m v; drag against the
+ * relative velocity, nothing where the rod goes with the wind. */
 static void test_laws(void **state) {
   (void)state;
   scene s;
@@ -244,7 +249,8 @@ static void test_laws(void **state) {
       for (int c = 0; c < 3; c++) {
         static const double gravity[3] = {0.3, -9.8, 1}, wind[3] = {2, 0.5, -1};
         if (strcmp(name, "gravity") == 0) assert_near(f[3 * i + c], m->mass[i] * gravity[c], 1e-13);
-        if (strcmp(name, "damping") == 0) assert_near(f[3 * i + c], -0.8 * m->mass[i] * s.v[3 * i + c], 1e-13);
+        if (strcmp(name, "damping") == 0)
+          assert_near(f[3 * i + c], -0.8 * m->mass[i] * s.v[3 * i + c], 1e-13);
         power += f[3 * i + c] * (s.v[3 * i + c] - wind[c]);
       }
     if (strcmp(name, "wind") == 0) {
@@ -253,8 +259,10 @@ static void test_laws(void **state) {
       force_of(&s, hb_force_terms[k], 1, 0.3, f);
       assert_near(rod_largest(f, NUMBERS), 0, 1e-15);
     }
-    if (strcmp(name, "load") == 0) { /* point + force per length 0.8 + NV per vertex + follower of length |(2, 0.5, -1)| */
-      double rest[3] = {-1 + 3 * 0.8 + 0.1 * NV, 4 + 1 * 0.8 + 0.2 * NV, 2 - 2 * 0.8 + 0.3 * NV}, follower = 0;
+    if (strcmp(name, "load") ==
+        0) { /* point + force per length 0.8 + NV per vertex + follower of length |(2, 0.5, -1)| */
+      double rest[3] = {-1 + 3 * 0.8 + 0.1 * NV, 4 + 1 * 0.8 + 0.2 * NV, 2 - 2 * 0.8 + 0.3 * NV},
+             follower = 0;
       for (int c = 0; c < 3; c++) follower += (sum[c] - rest[c]) * (sum[c] - rest[c]);
       assert_near(follower, 4 + 0.25 + 1, 1e-12);
     }

@@ -1,5 +1,5 @@
-/* The elastic force is minus the gradient of the energy with the twist solved: 240 random rods of every kind, with every
- * kind of ends and end twists of up to 10 turns, by complex steps and by finite differences. */
+/* The elastic force is minus the gradient of the energy with the twist solved: 240 random rods of every kind,
+ * with every kind of ends and end twists of up to 10 turns, by complex steps and by finite differences. */
 #include "support/energy.h"
 #include "support/near.h"
 #include "support/rods.h"
@@ -24,7 +24,8 @@ static void begin(trial *t, rng *r, rod_family family, rod_ends ends, bool stret
   for (int k = 0; k < t->numbers; k++) x[k] = t->c.model->initial[k];
   if (stretched) {
     double lengths[ROOM];
-    for (int j = 0; j + 1 < t->c.rod->nv; j++) lengths[j] = t->c.model->rest_length[j] * rng_uniform(r, 0.85, 1.15);
+    for (int j = 0; j + 1 < t->c.rod->nv; j++)
+      lengths[j] = t->c.model->rest_length[j] * rng_uniform(r, 0.85, 1.15);
     rod_random_shape(r, t->c.rod->nv, lengths, 0.5, x);
   }
   rod_case_start(&t->c, x);
@@ -38,8 +39,8 @@ static void finish(trial *t) {
   rod_case_free(&t->c);
 }
 
-/* By the envelope theorem the derivative at fixed free angles, with the held ones following their frames, is the whole
- * derivative: complex steps give it to round-off. */
+/* By the envelope theorem the derivative at fixed free angles, with the held ones following their frames, is
+ * the whole derivative: complex steps give it to round-off. */
 static void test_complex_step(void **state) {
   (void)state;
   rng r = rng_start(101);
@@ -70,7 +71,8 @@ static void test_finite_differences(void **state) {
         begin(&t, &r, (rod_family)family, (rod_ends)ends, k % 3 == 0);
         double step = 0.02 * t.c.model->rest_length[0];
         for (int i = 0; i < t.numbers; i++) force[i] = -rod_energy_slope(&t.e, t.c.state->x, i, step);
-        assert_at_most(rod_difference(force, rod_case_force(&t.c), t.numbers), 1e-8 * rod_largest(force, t.numbers));
+        assert_at_most(rod_difference(force, rod_case_force(&t.c), t.numbers),
+                       1e-8 * rod_largest(force, t.numbers));
         finish(&t);
       }
 }
@@ -118,8 +120,10 @@ static void test_held(void **state) {
           for (int c = 0; c < 3; c++) along += hb_formula_eval(s->value[c], vars) * tangent[c];
           for (int c = 0; c < 3; c++) p[c] = hb_formula_eval(s->value[c], vars) - along * tangent[c];
           for (int c = 0; c < 3; c++) size += p[c] * p[c];
-          for (int c = 0; c < 3; c++) q[c] = tangent[(c + 1) % 3] * p[(c + 2) % 3] - tangent[(c + 2) % 3] * p[(c + 1) % 3];
-          for (int c = 0; c < 3; c++) assert_near(d[c], (cos(angle) * p[c] + sin(angle) * q[c]) / sqrt(size), 1e-12);
+          for (int c = 0; c < 3; c++)
+            q[c] = tangent[(c + 1) % 3] * p[(c + 2) % 3] - tangent[(c + 2) % 3] * p[(c + 1) % 3];
+          for (int c = 0; c < 3; c++)
+            assert_near(d[c], (cos(angle) * p[c] + sin(angle) * q[c]) / sqrt(size), 1e-12);
           continue;
         }
         /* between two prescribed angles the whole difference counts, turn by turn */
@@ -133,7 +137,8 @@ static void test_held(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_complex_step), cmocka_unit_test(test_finite_differences),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_complex_step),
+                                     cmocka_unit_test(test_finite_differences),
                                      cmocka_unit_test(test_stationary), cmocka_unit_test(test_held)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

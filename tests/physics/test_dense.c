@@ -111,7 +111,8 @@ static void test_theta_gradient(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_current_lengths), cmocka_unit_test(test_rest_lengths),
-                                     cmocka_unit_test(test_isotropic), cmocka_unit_test(test_theta_gradient)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_current_lengths),
+                                     cmocka_unit_test(test_rest_lengths), cmocka_unit_test(test_isotropic),
+                                     cmocka_unit_test(test_theta_gradient)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -189,9 +189,12 @@ static void test_stability_limit(void **state) {
       failed = hb_sim_step(t.sim, &err) != HB_OK;
       for (int i = 0; i < 21; i++) largest = fmax(largest, fabs(hb_sim_const_state(t.sim)->x[3 * i + 1]));
     }
-    say("step %s the limit: largest displacement %.1e%s\n", k ? "above" : "below", largest, failed ? ", failed" : "");
-    if (k == 0) assert_at_most(largest, 1.01e-6);
-    else assert_true(failed || largest > 1e-4); /* a hundred times the start, where nonlinearity may hold it */
+    say("step %s the limit: largest displacement %.1e%s\n", k ? "above" : "below", largest,
+        failed ? ", failed" : "");
+    if (k == 0)
+      assert_at_most(largest, 1.01e-6);
+    else
+      assert_true(failed || largest > 1e-4); /* a hundred times the start, where nonlinearity may hold it */
     trial_end(&t);
   }
 }

@@ -1,13 +1,13 @@
-/* Golden micro-rods (V49): energy, quasi-static frames and forces of three small rods with both ends clamped, from
- * independent programs in 40 digits that minimise the energy's definition over the material angles. */
+/* Golden micro-rods (V49): energy, quasi-static frames and forces of three small rods with both ends clamped,
+ * from independent programs in 40 digits that minimise the energy's definition over the material angles. */
 #include "sim/sim.h"
 #include "support/near.h"
 #include "support/rods.h"
 
 #include <string.h>
 
-/* Input and answers. Directors are given unprojected; only the interior edges' and the free vertices' answers are
- * listed, from edge 1 and vertex 2 on. */
+/* Input and answers. Directors are given unprojected; only the interior edges' and the free vertices' answers
+ * are listed, from edge 1 and vertex 2 on. */
 typedef struct golden {
   int nv;
   double rest[7][3], x[7][3], rest_m1[6][3];
@@ -19,26 +19,18 @@ typedef struct golden {
 
 static const golden rods[] = {
     {6,
-     {{0, 0, 0},
-      {0.1, 0, 0},
-      {0.2, 0, 0},
-      {0.30000000000000004, 0, 0},
-      {0.4, 0, 0},
-      {0.5, 0, 0}},
+     {{0, 0, 0}, {0.1, 0, 0}, {0.2, 0, 0}, {0.30000000000000004, 0, 0}, {0.4, 0, 0}, {0.5, 0, 0}},
      {{0, 0, 0},
       {0.1, 0, 0},
       {0.19085409600397962, 0.04045084971874737, 0.010452846326765347},
       {0.2748841708178281, 0.06140190045084728, 0.06045284632676534},
       {0.3345201430093265, 0.021176929297503498, 0.12991868337266507},
       {0.36400899560553746, -0.04829445385670806, 0.19552458627171582}},
-     {{0, 1, 0},
-      {0, 1, 0},
-      {0, 1, 0},
-      {0, 1, 0},
-      {0, 1, 0}},
+     {{0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}},
      {0, 1, 0},
      {1, 0, 0.3},
-     {0.02, 0.02}, 0.015,
+     {0.02, 0.02},
+     0.015,
      0.1305099659844573,
      {{-0.3666756758532269, 0.8919355214398333, -0.26457508259742046},
       {-0.0008486524367659661, 0.9228113872525808, -0.3852511172547184},
@@ -62,15 +54,11 @@ static const golden rods[] = {
       {0.35097284790227457, 0.08925824769558337, 0.10036753648339447},
       {0.3915308266695385, 0.04870026892831948, 0.18228274091229366},
       {0.40137185101430073, -0.021322257731647587, 0.2529934190309484}},
-     {{0, 1, 0},
-      {0, 1, 0},
-      {0, 1, 0},
-      {0, 1, 0},
-      {0, 1, 0},
-      {0, 1, 0}},
+     {{0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}, {0, 1, 0}},
      {0, 1, 0},
      {0.2, 1, 0.4},
-     {0.02, 0.06}, 0.015,
+     {0.02, 0.06},
+     0.015,
      0.19239435868691557,
      {{-0.2847613169215298, 0.9314122990957779, -0.22667624815633666},
       {-0.22153575963985953, 0.8468320641252886, -0.48352596866155334},
@@ -97,15 +85,11 @@ static const golden rods[] = {
       {0.34840893038174126, 0.05319517863943178, 0.10251662995542524},
       {0.36853668152132374, 0.1673453277471355, 0.13357491536772773},
       {0.3284429262205027, 0.2573973765566967, 0.19280429398238397}},
-     {{0, 0, 1},
-      {0, 0.1, 1},
-      {0.1, 0, 1},
-      {0.2, 0.1, 1},
-      {0.2, -0.2, 1},
-      {0.3, -0.4, 1}},
+     {{0, 0, 1}, {0, 0.1, 1}, {0.1, 0, 1}, {0.2, 0.1, 1}, {0.2, -0.2, 1}, {0.3, -0.4, 1}},
      {0, 0.2, 1},
      {1, 0.1, 0.5},
-     {0.03, 0.012}, 0.02,
+     {0.03, 0.012},
+     0.02,
      0.119097163519872,
      {{-0.057109483297876296, 0.12897100364501188, 0.9900025187524767},
       {-0.4198474840063256, -0.16751825050828123, 0.8920009674435353},
@@ -154,8 +138,10 @@ static void check(const golden *g, bool general) {
   double f[21];
   memcpy(f, hb_sim_const_state(sim)->force, 3 * (size_t)g->nv * sizeof(double));
   assert_near_array(f + 6, &g->force[0][0], 3 * (g->nv - 4), 1e-11);
-  for (int k = 0; k < 3 * g->nv; k++) f[k] *= c.model->inv_mass[k]; /* unit masses; clamped vertices feel none */
-  hb_project_velocities(c.model, &c.model->rods[0], hb_sim_const_state(sim)->x, f, &sim->stepper.project_work);
+  for (int k = 0; k < 3 * g->nv; k++)
+    f[k] *= c.model->inv_mass[k]; /* unit masses; clamped vertices feel none */
+  hb_project_velocities(c.model, &c.model->rods[0], hb_sim_const_state(sim)->x, f,
+                        &sim->stepper.project_work);
   assert_near_array(f + 6, &g->projected[0][0], 3 * (g->nv - 4), 1e-11);
   hb_frame_free(frame);
   hb_sim_free(sim);

@@ -1,4 +1,5 @@
-/* Parallel transport around closed polygons: holonomy = 2 pi writhe, to round-off, and the link that follows from it. */
+/* Parallel transport around closed polygons: holonomy = 2 pi writhe, to round-off, and the link that follows
+ * from it. */
 #include "math/rotation.h"
 #include "rod/writhe.h"
 #include "support/near.h"
@@ -42,8 +43,8 @@ static double holonomy(int n, double *x) {
   return turned;
 }
 
-/* Polygon writhe of the trefoil R = 2, r = 1 on 12 to 200 vertices (the first four from the formula of Klenin and
- * Langowski in 40 digits), and five smooth curves (V30) by fine polygons. */
+/* Polygon writhe of the trefoil R = 2, r = 1 on 12 to 200 vertices (the first four from the formula of Klenin
+ * and Langowski in 40 digits), and five smooth curves (V30) by fine polygons. */
 static void test_writhe(void **state) {
   (void)state;
   double x[3 * POINTS_MAX];
@@ -57,8 +58,11 @@ static void test_writhe(void **state) {
   static const struct {
     int p, q;
     double R, r, writhe;
-  } curves[] = {{2, 3, 2, 1, -3.51823923104}, {2, 3, 1, 0.35, -3.25671939707}, {2, 5, 2, 0.8, -6.43262978049},
-                {1, 4, 1, 0.3, -1.43439791006}, {1, 10, 1, 0.1, -2.92453974222}};
+  } curves[] = {{2, 3, 2, 1, -3.51823923104},
+                {2, 3, 1, 0.35, -3.25671939707},
+                {2, 5, 2, 0.8, -6.43262978049},
+                {1, 4, 1, 0.3, -1.43439791006},
+                {1, 10, 1, 0.1, -2.92453974222}};
   for (int k = 0; k < 5; k++) { /* smooth curves: polygons come near them with the square of the spacing */
     double error[2];
     for (int fine = 0; fine < 2; fine++) {
@@ -71,7 +75,8 @@ static void test_writhe(void **state) {
   }
 }
 
-/* Writhe does not care where the polygon starts, nor which way it runs; a mirror turns its sign; plane curves have none. */
+/* Writhe does not care where the polygon starts, nor which way it runs; a mirror turns its sign; plane curves
+ * have none. */
 static void test_writhe_symmetry(void **state) {
   (void)state;
   double x[3 * POINTS_MAX], y[3 * POINTS_MAX];
@@ -124,14 +129,18 @@ static void test_holonomy(void **state) {
   }
 }
 
-/* V32: a regular polygonal helix, edges at angle g to its axis, n per turn; the smooth helix has 1 - cos g. */
+/* V32: a regular polygonal helix, edges at angle g to its axis, n per turn; the smooth helix has 1 - cos g.
+ */
 static void test_helix(void **state) {
   (void)state;
   static const struct {
     double degrees;
     int n;
     double writhe;
-  } rows[] = {{30, 8, 0.1229378460175}, {30, 16, 0.1311977320687}, {60, 8, 0.4799591329709}, {60, 16, 0.4951340801121}};
+  } rows[] = {{30, 8, 0.1229378460175},
+              {30, 16, 0.1311977320687},
+              {60, 8, 0.4799591329709},
+              {60, 16, 0.4951340801121}};
   for (int k = 0; k < 4; k++) {
     double x[3 * 40] = {0}, u[3 * 40], g = rows[k].degrees * HB_PI / 180;
     int n = rows[k].n, turns = 2;
@@ -157,7 +166,8 @@ static void test_helix(void **state) {
   }
 }
 
-/* V33: a ring of length 1 with two turns of twist: energy beta (2 pi Lk)^2 / (2 L), exactly, on any polygon. */
+/* V33: a ring of length 1 with two turns of twist: energy beta (2 pi Lk)^2 / (2 L), exactly, on any polygon.
+ */
 static void test_ring(void **state) {
   (void)state;
   double x[3 * 110];
@@ -181,7 +191,8 @@ static void test_ring(void **state) {
   }
 }
 
-/* V50, 10: a closed rod that moves without cutting itself keeps its link, twist + writhe; anisotropic and isotropic. */
+/* V50, 10: a closed rod that moves without cutting itself keeps its link, twist + writhe; anisotropic and
+ * isotropic. */
 static void test_link(void **state) {
   (void)state;
   int n = 48;
@@ -213,8 +224,8 @@ static void test_link(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_writhe), cmocka_unit_test(test_writhe_symmetry),
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_writhe),   cmocka_unit_test(test_writhe_symmetry),
                                      cmocka_unit_test(test_holonomy), cmocka_unit_test(test_helix),
-                                     cmocka_unit_test(test_ring), cmocka_unit_test(test_link)};
+                                     cmocka_unit_test(test_ring),     cmocka_unit_test(test_link)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

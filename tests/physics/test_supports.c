@@ -338,16 +338,16 @@ static void test_reactions_at_rest(void **state) {
   trial_end(&t);
 }
 
-/* A taut straight rod whose clamps come closer: at the first step its edges have no part across the rod, so the lengths
- * cannot be met along them; the scheme follows the moving edges there, then goes on as ever, and the balance closes. */
+/* A taut straight rod whose clamps come closer: at the first step its edges have no part across the rod, so
+ * the lengths cannot be met along them; Verlet follows the moving edges there, then goes on as ever, and the
+ * balance closes. */
 static void test_taut_rod_let_loose(void **state) {
   (void)state;
-  double balance[3];
-  for (int n = 0; n < 3; n++) {
+  for (int n = 0; n < 6; n++) {
     trial t = {0};
     double line[3 * NV];
     shape_line(NV, EDGE * (NV - 1), 0, 0, line);
-    scene_begin(&t.def, "verlet", 1e-3 / (1 << n));
+    scene_begin(&t.def, n < 3 ? "verlet" : "symplectic-euler", 1e-3 / (1 << n % 3));
     hb_rod_def *rod = scene_rod(&t.def, NV, line, 0.05, 0.03, 0.125);
     scene_clamp_start(rod);
     scene_path(rod, -1, "x - 0.05*t^2", NULL, NULL);
@@ -355,18 +355,17 @@ static void test_taut_rod_let_loose(void **state) {
     scene_angle(rod, -1, "0");
     scene_force(&t.def, HB_FORCE_GRAVITY, "0", "0", "-1");
     trial_start(&t);
-    trial_run(&t, 1000L << n);
+    trial_run(&t, 1000L << n % 3);
     const hb_frame *f = trial_measure(&t);
     double fallbacks = hb_sim_const_state(t.sim)->scalar[HB_S_FALLBACKS];
-    balance[n] = f->balance;
     say("taut rod let loose: %g steps along moving edges, balance %.2e, lowest %.5f\n", fallbacks, f->balance,
         f->position[3 * (NV / 2) + 2]);
     assert_at_most(fallbacks, 3);
     assert_at_most(f->worst_length_error, 1e-10);
     assert_true(f->position[3 * (NV / 2) + 2] < -0.05);
+    assert_at_most(fabs(f->balance), 1e-4);
     trial_end(&t);
   }
-  assert_at_most(fabs(balance[2]), 1e-4);
 }
 
 int main(void) {

@@ -1,5 +1,5 @@
-/* Quasi-static twist: the Newton solver against smooth solutions on a frozen arc, from starts far away, along a slowly
- * turned end, and against the closed form. */
+/* Quasi-static twist: the Newton solver against smooth solutions on a frozen arc, from starts far away, along
+ * a slowly turned end, and against the closed form. */
 #include "math/rotation.h"
 #include "support/energy.h"
 #include "support/near.h"
@@ -10,24 +10,30 @@
 
 #define ROOM 1600
 
-/* ---- V28: material frame on a frozen circular arc. Bending and twisting make a pendulum equation of the angle. ---- */
+/* ---- V28: material frame on a frozen circular arc. Bending and twisting make a pendulum equation of the
+ * angle. ---- */
 
-/* theta(L) and what belongs to it: theta at L/4, L/2, 3L/4 (0: not known), end torque, start torque, energy. From a
- * Chebyshev collocation of beta theta'' = kappa^2 (B22 - B11) sin theta cos theta (rest straight), or of beta theta'' =
- * alpha kappa khat sin theta (isotropic, natural curvature khat = 2); kappa = 3, L = 1.2, beta = 0.015. */
+/* theta(L) and what belongs to it: theta at L/4, L/2, 3L/4 (0: not known), end torque, start torque, energy.
+ * From a Chebyshev collocation of beta theta'' = kappa^2 (B22 - B11) sin theta cos theta (rest straight), or
+ * of beta theta'' = alpha kappa khat sin theta (isotropic, natural curvature khat = 2); kappa = 3, L = 1.2,
+ * beta = 0.015. */
 typedef struct arc_row {
   bool natural;
   double end, quarter, half, three, torque, start_torque, energy;
 } arc_row;
-static const arc_row arc_rows[] = {
-    {false, 0.25 * HB_PI, 0.0036394127095, 0.022617830198, 0.1367218931, 0.063639707683, 0.00011132834442, 0.13436042412},
-    {false, 0.5 * HB_PI, 0.008786181955, 0.054592645445, 0.32762729199, 0.090000401309, 0.00026876717586, 0.19800020066},
-    {false, 0.75 * HB_PI, 0.021209461631, 0.13163312809, 0.75936086559, 0.063642917512, 0.00064880614483, 0.26164077972},
-    {false, 2 * HB_PI, 1.5707963268, 3.1415926536, 4.7123889804, 0.055427935131, 0.055427935131, 0.50369991826},
-    {true, 0.5 * HB_PI, 0, 0.29281929737, 0, 0.060185055884, 0, 0},
-    {true, 0.9 * HB_PI, 0, 0.59768893065, 0, 0.084363195864, 0, 0}};
+static const arc_row arc_rows[] = {{false, 0.25 * HB_PI, 0.0036394127095, 0.022617830198, 0.1367218931,
+                                    0.063639707683, 0.00011132834442, 0.13436042412},
+                                   {false, 0.5 * HB_PI, 0.008786181955, 0.054592645445, 0.32762729199,
+                                    0.090000401309, 0.00026876717586, 0.19800020066},
+                                   {false, 0.75 * HB_PI, 0.021209461631, 0.13163312809, 0.75936086559,
+                                    0.063642917512, 0.00064880614483, 0.26164077972},
+                                   {false, 2 * HB_PI, 1.5707963268, 3.1415926536, 4.7123889804,
+                                    0.055427935131, 0.055427935131, 0.50369991826},
+                                   {true, 0.5 * HB_PI, 0, 0.29281929737, 0, 0.060185055884, 0, 0},
+                                   {true, 0.9 * HB_PI, 0, 0.59768893065, 0, 0.084363195864, 0, 0}};
 
-/* A polygon of nv vertices with equal turns; its end edges are clamped at their midpoints, nv-2 spacings apart. */
+/* A polygon of nv vertices with equal turns; its end edges are clamped at their midpoints, nv-2 spacings
+ * apart. */
 static void make_arc(rod_case *c, const arc_row *row, int nv) {
   double h = 1.2 / (nv - 2);
   char angle[64];
@@ -58,14 +64,21 @@ static arc_row solve_arc(const arc_row *row, int nv) {
   rod_case_angles(&c, theta);
   rod_energy_create(&e, &c.def.rods[0]);
   rod_energy_bind(&e, c.state->x, c.state->anchor_m1, theta);
-  arc_row found = {row->natural, theta[nv - 2], theta[quarter], theta[2 * quarter], theta[3 * quarter],
-                   c.state->frame_torque[1], -c.state->frame_torque[0], creal(rod_energy_moved(&e, c.state->x, -1, 0))};
+  arc_row found = {row->natural,
+                   theta[nv - 2],
+                   theta[quarter],
+                   theta[2 * quarter],
+                   theta[3 * quarter],
+                   c.state->frame_torque[1],
+                   -c.state->frame_torque[0],
+                   creal(rod_energy_moved(&e, c.state->x, -1, 0))};
   rod_energy_free(&e);
   rod_case_free(&c);
   return found;
 }
 
-/* Three meshes: the order, and the value for an infinitely fine mesh by extrapolation (errors in h^2, h^4). */
+/* Three meshes: the order, and the value for an infinitely fine mesh by extrapolation (errors in h^2, h^4).
+ */
 static void check_convergence(double coarse, double middle, double fine, double exact) {
   double order = log2((coarse - exact) / (middle - exact)), finer = log2((middle - exact) / (fine - exact));
   assert_near(order, 2, 0.15);
@@ -80,8 +93,10 @@ static void test_arc(void **state) {
     const arc_row *row = &arc_rows[k];
     arc_row a = solve_arc(row, 42), b = solve_arc(row, 82), c = solve_arc(row, 162);
     check_convergence(a.torque, b.torque, c.torque, row->torque);
-    if (row->end < 6) check_convergence(a.half, b.half, c.half, row->half);
-    else assert_near(c.half, row->half, 1e-10); /* half way round by symmetry, on every mesh */
+    if (row->end < 6)
+      check_convergence(a.half, b.half, c.half, row->half);
+    else
+      assert_near(c.half, row->half, 1e-10); /* half way round by symmetry, on every mesh */
     if (row->natural) continue;
     check_convergence(a.start_torque, b.start_torque, c.start_torque, row->start_torque);
     if (row->end < 6) check_convergence(a.quarter, b.quarter, c.quarter, row->quarter);
@@ -90,7 +105,8 @@ static void test_arc(void **state) {
   }
 }
 
-/* The errors of the end torque that an independent solver of the same discrete problem has, on five meshes. */
+/* The errors of the end torque that an independent solver of the same discrete problem has, on five meshes.
+ */
 static void test_arc_mesh(void **state) {
   (void)state;
   static const double errors[5] = {-3.85e-2, -8.39e-3, -2.04e-3, -5.07e-4, -1.27e-4};
@@ -100,7 +116,8 @@ static void test_arc_mesh(void **state) {
   }
 }
 
-/* The trap of this case: plain Newton from evenly spread twist runs away where the library's solver arrives. */
+/* The trap of this case: plain Newton from evenly spread twist runs away where the library's solver arrives.
+ */
 static void test_arc_trap(void **state) {
   (void)state;
   double u0[3] = {0, 1, 0};
@@ -127,20 +144,23 @@ static void test_arc_trap(void **state) {
   }
 }
 
-/* ---- starts far away ---------------------------------------------------------------------------------------------- */
+/* ---- starts far away
+ * ---------------------------------------------------------------------------------------------- */
 
 /* Every free frame turned at random, every twist wound by up to so many turns. */
 static void spoil(rod_case *c, rng *r, int turns) {
   int ne = c->rod->nv - 1;
   double *m1 = c->state->m1;
   for (int j = 0; j < ne; j++) {
-    hb_v3 d = hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(c->work.tangent + 3 * j), rng_uniform(r, -HB_PI, HB_PI));
+    hb_v3 d =
+        hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(c->work.tangent + 3 * j), rng_uniform(r, -HB_PI, HB_PI));
     if (c->model->frame_of[j] < 0) hb_v3_store(m1 + 3 * j, d);
   }
   for (int i = 1; i < ne; i++) {
     hb_v3 t = hb_v3_load(c->work.tangent + 3 * i - 3), n = hb_v3_load(c->work.tangent + 3 * i);
     hb_v3 carried = hb_transport(hb_v3_load(m1 + 3 * i - 3), t, n);
-    c->state->twist[i] = hb_angle_about(carried, hb_v3_load(m1 + 3 * i), n) + 2 * HB_PI * rng_int(r, -turns, turns);
+    c->state->twist[i] =
+        hb_angle_about(carried, hb_v3_load(m1 + 3 * i), n) + 2 * HB_PI * rng_int(r, -turns, turns);
   }
 }
 
@@ -155,7 +175,8 @@ static double energy_now(rod_case *c, rod_energy *e, double *theta) {
 static void check_consistent(const rod_case *c) {
   for (int i = 1; i + 1 < c->rod->nv; i++) {
     hb_v3 t = hb_v3_load(c->work.tangent + 3 * i - 3), n = hb_v3_load(c->work.tangent + 3 * i);
-    hb_v3 d = hb_v3_load(c->state->m1 + 3 * i), carried = hb_transport(hb_v3_load(c->state->m1 + 3 * i - 3), t, n);
+    hb_v3 d = hb_v3_load(c->state->m1 + 3 * i),
+          carried = hb_transport(hb_v3_load(c->state->m1 + 3 * i - 3), t, n);
     double turns = (c->state->twist[i] - hb_angle_about(carried, d, n)) / (2 * HB_PI);
     assert_near(turns, rint(turns), 1e-12);
     assert_near(hb_v3_dot(d, n), 0, 1e-13);
@@ -176,23 +197,29 @@ static void test_far_starts(void **state) {
           rod_energy e;
           double theta[ROOM], gradient[ROOM];
           rod_case_random(&c, &r, (rod_family)family, (rod_ends)ends, turns);
-          if (!c.def.rods[0].viscosity) c.def.rods[0].viscosity = rod_array(c.def.rods[0].nv); /* no closed form */
+          if (!c.def.rods[0].viscosity)
+            c.def.rods[0].viscosity = rod_array(c.def.rods[0].nv); /* no closed form */
           rod_case_compile(&c);
           rod_case_start(&c, NULL);
           rod_energy_create(&e, &c.def.rods[0]);
           spoil(&c, &r, turns);
-          double stiffest = rod_largest(c.model->twist_gain, c.rod->nv); /* what an angle's round-off is worth */
+          double stiffest =
+              rod_largest(c.model->twist_gain, c.rod->nv); /* what an angle's round-off is worth */
           double before = energy_now(&c, &e, theta);
           assert_int_equal(hb_twist_relax(c.model, c.rod, c.state, &c.work, &err), HB_OK);
           double after = energy_now(&c, &e, theta), scale = rod_energy_gradient(&e, theta, gradient);
           assert_at_most(after, before * (1 + 1e-14));
           for (int j = 0; j + 1 < c.rod->nv; j++)
-            if (!e.held[j]) assert_near(gradient[j], 0, 2e-15 * (scale + stiffest) * (30 + rod_largest(theta, c.rod->nv - 1)));
+            if (!e.held[j])
+              assert_near(gradient[j], 0,
+                          2e-15 * (scale + stiffest) * (30 + rod_largest(theta, c.rod->nv - 1)));
           rod_case_evaluate(&c, NULL, 0);
           assert_near_rel(energy_now(&c, &e, theta), after, 1e-13);
           scale = rod_energy_gradient(&e, theta, gradient);
           for (int j = 0; j + 1 < c.rod->nv; j++)
-            if (!e.held[j]) assert_near(gradient[j], 0, 1e-15 * (scale + stiffest) * (30 + rod_largest(theta, c.rod->nv - 1)));
+            if (!e.held[j])
+              assert_near(gradient[j], 0,
+                          1e-15 * (scale + stiffest) * (30 + rod_largest(theta, c.rod->nv - 1)));
           check_consistent(&c);
           rod_energy_free(&e);
           rod_case_free(&c);
@@ -223,7 +250,8 @@ static void test_minimum(void **state) {
   }
 }
 
-/* Rods that nothing holds and that are all but straight: next to nothing decides how the frames lie, and it does. */
+/* Rods that nothing holds and that are all but straight: next to nothing decides how the frames lie, and it
+ * does. */
 static void test_all_but_straight(void **state) {
   (void)state;
   rng r = rng_start(203);
@@ -243,10 +271,12 @@ static void test_all_but_straight(void **state) {
         assert_at_most(c.state->scalar[HB_S_TWIST_ITERATIONS], 30);
         rod_energy_create(&e, def);
         (void)energy_now(&c, &e, theta);
-        double scale = rod_energy_gradient(&e, theta, gradient), stiffest = rod_largest(c.model->twist_gain, nv);
+        double scale = rod_energy_gradient(&e, theta, gradient),
+               stiffest = rod_largest(c.model->twist_gain, nv);
         for (int j = 0; j + 1 < nv; j++)
           if (!e.held[j]) assert_near(gradient[j], 0, 1e-13 * (scale + stiffest));
-        for (int i = 1; i + 1 < nv; i++) scale = fmax(scale, c.model->twist_gain[i] * fabs(theta[i] - theta[i - 1]));
+        for (int i = 1; i + 1 < nv; i++)
+          scale = fmax(scale, c.model->twist_gain[i] * fabs(theta[i] - theta[i - 1]));
         double residual, own;
         hb_twist_residual(c.rod, &c.work, &residual, &own);
         assert_at_most(residual, 2e-14 * scale + 2e-15 * stiffest);
@@ -255,7 +285,8 @@ static void test_all_but_straight(void **state) {
       }
 }
 
-/* ---- turning an end slowly ---------------------------------------------------------------------------------------- */
+/* ---- turning an end slowly
+ * ---------------------------------------------------------------------------------------- */
 
 /* A gently curved rod whose last edge is turned by 2 turns between t = 0 and 1; its minimum is unique. */
 static void make_turned(rod_case *c, rng *r, bool isotropic, const char *angle) {
@@ -284,7 +315,9 @@ static void turn_slowly(rod_case *c, int steps, double *theta) {
     double now = energy_now(c, &e, theta);
     assert_near(theta[last] - theta[0], 4 * HB_PI * t, 1e-11);
     for (int j = 0; j <= last && k > 0; j++) assert_at_most(fabs(theta[j] - before[j]), 3 * turned);
-    if (k > 0) assert_near(now - energy, 0.5 * (torque + c->state->frame_torque[1]) * turned, 0.05 * turned * turned * turned);
+    if (k > 0)
+      assert_near(now - energy, 0.5 * (torque + c->state->frame_torque[1]) * turned,
+                  0.05 * turned * turned * turned);
     memcpy(before, theta, sizeof before);
     torque = c->state->frame_torque[1];
     energy = now;
@@ -292,8 +325,8 @@ static void turn_slowly(rod_case *c, int steps, double *theta) {
   rod_energy_free(&e);
 }
 
-/* Two turns in small steps: no jump, the work of the torque is the energy, and the end is where a rod arrives that
- * starts with two turns at once. */
+/* Two turns in small steps: no jump, the work of the torque is the energy, and the end is where a rod arrives
+ * that starts with two turns at once. */
 static void test_turned_end(void **state) {
   (void)state;
   for (int k = 0; k < 6; k++) {
@@ -303,8 +336,10 @@ static void test_turned_end(void **state) {
     for (int way = 0; way < 3; way++) {
       rng r = rng_start(210 + (uint64_t)k);
       make_turned(&c, &r, k % 2 == 0, angles[way]);
-      if (way < 2) turn_slowly(&c, way ? 60 : 300, way ? coarse : fine);
-      else rod_case_start(&c, NULL);
+      if (way < 2)
+        turn_slowly(&c, way ? 60 : 300, way ? coarse : fine);
+      else
+        rod_case_start(&c, NULL);
       if (way == 2) rod_case_angles(&c, direct);
       rod_case_free(&c);
     }
@@ -313,8 +348,8 @@ static void test_turned_end(void **state) {
   }
 }
 
-/* Strongly curved and anisotropic: on the way the minimum vanishes and the frames snap to another; then energy is lost,
- * never won, and no winding with it. */
+/* Strongly curved and anisotropic: on the way the minimum vanishes and the frames snap to another; then
+ * energy is lost, never won, and no winding with it. */
 static void test_snaps_go_down(void **state) {
   (void)state;
   rng r = rng_start(220);
@@ -351,9 +386,11 @@ static void test_snaps_go_down(void **state) {
   assert_true(snaps >= 12);
 }
 
-/* ---- the closed form ---------------------------------------------------------------------------------------------- */
+/* ---- the closed form
+ * ---------------------------------------------------------------------------------------------- */
 
-/* Isotropic straight rods with every kind of ends, alpha and beta varying: Newton finds what the closed form says. */
+/* Isotropic straight rods with every kind of ends, alpha and beta varying: Newton finds what the closed form
+ * says. */
 static void test_closed_form(void **state) {
   (void)state;
   rng r = rng_start(230);
@@ -363,7 +400,8 @@ static void test_closed_form(void **state) {
     rod_case_random(&closed, &r, ROD_ISOTROPIC, (rod_ends)(k % ROD_ENDS_COUNT), 10);
     hb_rod_def *def = &closed.def.rods[0];
     for (int j = 0; k % 2 && j < def->nv; j++) def->beta[j] *= rng_uniform(&r, 0.5, 2);
-    for (int j = 0; k % 2 && j + 1 < def->nv; j++) def->B[3 * j] = def->B[3 * j + 2] = rng_uniform(&r, 0.05, 0.5);
+    for (int j = 0; k % 2 && j + 1 < def->nv; j++)
+      def->B[3 * j] = def->B[3 * j + 2] = rng_uniform(&r, 0.05, 0.5);
     rod_case_compile(&closed);
     rod_case_start(&closed, NULL);
     assert_true(closed.rod->closed_form);
@@ -419,10 +457,15 @@ static void test_uniform_twist(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_arc),         cmocka_unit_test(test_arc_mesh),   cmocka_unit_test(test_arc_trap),
-      cmocka_unit_test(test_far_starts),  cmocka_unit_test(test_minimum),    cmocka_unit_test(test_turned_end),
-      cmocka_unit_test(test_all_but_straight),
-      cmocka_unit_test(test_snaps_go_down), cmocka_unit_test(test_closed_form), cmocka_unit_test(test_uniform_twist)};
+  const struct CMUnitTest tests[] = {cmocka_unit_test(test_arc),
+                                     cmocka_unit_test(test_arc_mesh),
+                                     cmocka_unit_test(test_arc_trap),
+                                     cmocka_unit_test(test_far_starts),
+                                     cmocka_unit_test(test_minimum),
+                                     cmocka_unit_test(test_turned_end),
+                                     cmocka_unit_test(test_all_but_straight),
+                                     cmocka_unit_test(test_snaps_go_down),
+                                     cmocka_unit_test(test_closed_form),
+                                     cmocka_unit_test(test_uniform_twist)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

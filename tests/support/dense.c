@@ -6,16 +6,17 @@
 
 #define N 16 /* vertices at most */
 
-/* Everything that the thesis keeps, for one rod. First indices: edge j or interior vertex k; then vertex i. */
+/* Everything that the thesis keeps, for one rod. First indices: edge j or interior vertex k; then vertex i.
+ */
 typedef struct tensors {
   int nv;
   double edge[N][3], size[N], tangent[N][3]; /* size: length that the formulas use */
   double m1[N][3], m2[N][3];
   double kb[N][3], chi[N];
-  double grad_kb[N][N][3][3];  /* d (kb_k)_a / d (x_i)_b */
-  double grad_psi[N][N][3];    /* d psi_k / d x_i */
-  double grad_Psi[N][N][3];    /* d Psi^j / d x_i, Psi^j = sum of psi_k, k <= j */
-  double omega[N][2][2];       /* of vertex k on edges k-1, k */
+  double grad_kb[N][N][3][3]; /* d (kb_k)_a / d (x_i)_b */
+  double grad_psi[N][N][3];   /* d psi_k / d x_i */
+  double grad_Psi[N][N][3];   /* d Psi^j / d x_i, Psi^j = sum of psi_k, k <= j */
+  double omega[N][2][2];      /* of vertex k on edges k-1, k */
   double grad_omega[N][2][N][2][3];
 } tensors;
 
@@ -27,7 +28,8 @@ static void cross(const double a[3], const double b[3], double out[3]) {
 }
 
 /* out = factor [a] (the matrix of a x) + w b^T. */
-static void skew_and_outer(double factor, const double a[3], const double w[3], const double b[3], double out[3][3]) {
+static void skew_and_outer(double factor, const double a[3], const double w[3], const double b[3],
+                           double out[3][3]) {
   double skew[3][3] = {{0, -a[2], a[1]}, {a[2], 0, -a[0]}, {-a[1], a[0], 0}};
   for (int p = 0; p < 3; p++)
     for (int q = 0; q < 3; q++) out[p][q] = factor * skew[p][q] + w[p] * b[q];
@@ -60,13 +62,16 @@ static void curvature_gradients(tensors *T, dense_lengths lengths) {
   for (int k = 1; k + 1 < T->nv; k++) {
     double before[3], after[3];
     for (int c = 0; c < 3; c++) {
-      before[c] = (T->edge[k][c] + (lengths == DENSE_CURRENT ? T->size[k] * T->tangent[k - 1][c] : 0)) / T->chi[k];
-      after[c] = -(T->edge[k - 1][c] + (lengths == DENSE_CURRENT ? T->size[k - 1] * T->tangent[k][c] : 0)) / T->chi[k];
+      before[c] =
+          (T->edge[k][c] + (lengths == DENSE_CURRENT ? T->size[k] * T->tangent[k - 1][c] : 0)) / T->chi[k];
+      after[c] = -(T->edge[k - 1][c] + (lengths == DENSE_CURRENT ? T->size[k - 1] * T->tangent[k][c] : 0)) /
+                 T->chi[k];
     }
     skew_and_outer(2 / T->chi[k], T->edge[k], T->kb[k], before, T->grad_kb[k][k - 1]);
     skew_and_outer(2 / T->chi[k], T->edge[k - 1], T->kb[k], after, T->grad_kb[k][k + 1]);
     for (int p = 0; p < 3; p++)
-      for (int q = 0; q < 3; q++) T->grad_kb[k][k][p][q] = -T->grad_kb[k][k - 1][p][q] - T->grad_kb[k][k + 1][p][q];
+      for (int q = 0; q < 3; q++)
+        T->grad_kb[k][k][p][q] = -T->grad_kb[k][k - 1][p][q] - T->grad_kb[k][k + 1][p][q];
   }
 }
 
@@ -94,7 +99,8 @@ static void frames(tensors *T, const rod_energy *e) {
       for (int p = 0; p < 3; p++) q[p] *= 2 / c;
       cross(q, u, across);
       double square = dot(q, q), along = dot(q, u);
-      for (int p = 0; p < 3; p++) u[p] = ((4 - square) * u[p] + 4 * across[p] + 2 * along * q[p]) / (4 + square);
+      for (int p = 0; p < 3; p++)
+        u[p] = ((4 - square) * u[p] + 4 * across[p] + 2 * along * q[p]) / (4 + square);
     }
     double v[3], co = cos(e->theta[j]), si = sin(e->theta[j]);
     cross(T->tangent[j], u, v);
@@ -186,7 +192,8 @@ void dense_force(const rod_energy *e, const double *x, dense_lengths lengths, do
     }
 }
 
-/* - sum 2 alpha/l_k (grad_i kb_k)^T kb_k + M sum grad_i psi_k, M = 2 beta (theta^last - theta^first)/sum l. */
+/* - sum 2 alpha/l_k (grad_i kb_k)^T kb_k + M sum grad_i psi_k, M = 2 beta (theta^last - theta^first)/sum l.
+ */
 void dense_force_isotropic(const rod_energy *e, const double *x, dense_lengths lengths, double *force) {
   tensors T;
   double total = 0, moment = 0, alpha = e->def->B[0];

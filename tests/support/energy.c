@@ -139,8 +139,8 @@ void rod_energy_create(rod_energy *e, const hb_rod_def *def) {
 }
 
 void rod_energy_free(rod_energy *e) {
-  void *all[] = {e->voronoi, e->rest_omega, e->rest_twist, e->tangent, e->held_m1, e->theta, e->solved,
-                 e->held,    e->t,          e->u,          e->angle,   e->omega};
+  void *all[] = {e->voronoi, e->rest_omega, e->rest_twist, e->tangent, e->held_m1, e->theta,
+                 e->solved,  e->held,       e->t,          e->u,       e->angle,   e->omega};
   for (size_t k = 0; k < sizeof all / sizeof all[0]; k++) hb_free(all[k]);
   memset(e, 0, sizeof *e);
 }
@@ -176,7 +176,8 @@ void rod_energy_bind(rod_energy *e, const double *x, const double u0[3], const d
   }
 }
 
-/* Angle of held edge j now: the reference's, plus how far its carried director has turned against the carried angle. */
+/* Angle of held edge j now: the reference's, plus how far its carried director has turned against the carried
+ * angle. */
 static number held_angle(const rod_energy *e, int j) {
   number was_t[3], was_m1[3], m1[3], same[3], across[3];
   for (int k = 0; k < 3; k++) {
@@ -231,7 +232,8 @@ number rod_energy_moved(rod_energy *e, const double *x, int k, number step) {
   return rod_energy_value(e, here, e->theta);
 }
 
-/* Material curvature of edge j at vertex i for the angle given, from that for the angle that it was measured at. */
+/* Material curvature of edge j at vertex i for the angle given, from that for the angle that it was measured
+ * at. */
 static void turned_omega(const rod_energy *e, const double *theta, int i, int side, double out[2]) {
   int j = i - 1 + side;
   double a = theta[j] - creal(e->angle[j]), c = cos(a), s = sin(a);
@@ -247,7 +249,8 @@ double rod_energy_gradient(const rod_energy *e, const double *theta, double *gra
     double moment = 2 * e->def->beta[i] * (theta[i] - theta[i - 1] - e->rest_twist[i]) / e->voronoi[i];
     gradient[i] += moment;
     gradient[i - 1] -= moment;
-    scale = fmax(scale, 2 * e->def->beta[i] * (fabs(theta[i] - theta[i - 1]) + fabs(e->rest_twist[i])) / e->voronoi[i]);
+    scale = fmax(scale, 2 * e->def->beta[i] * (fabs(theta[i] - theta[i - 1]) + fabs(e->rest_twist[i])) /
+                            e->voronoi[i]);
     for (int side = 0; side < 2; side++) {
       double w[2];
       const double *B = e->def->B + 3 * (i - 1 + side), *rest = e->rest_omega + 4 * i + 2 * side;
@@ -280,7 +283,8 @@ double rod_energy_newton(rod_energy *e, double *theta) {
   (void)rod_energy_gradient(e, theta, right);
   rod_energy_hessian(e, theta, pivot);
   for (int j = 0; j < ne; j++) {
-    double off = j > 0 && !e->held[j - 1] && !e->held[j] ? -2 * e->def->beta[j] / e->voronoi[j] : 0, whole = fabs(pivot[j]);
+    double off = j > 0 && !e->held[j - 1] && !e->held[j] ? -2 * e->def->beta[j] / e->voronoi[j] : 0,
+           whole = fabs(pivot[j]);
     right[j] = e->held[j] ? 0 : -right[j];
     if (off != 0 && pivot[j - 1] != 0) {
       right[j] -= off / pivot[j - 1] * right[j - 1];
@@ -289,7 +293,9 @@ double rod_energy_newton(rod_energy *e, double *theta) {
     if (fabs(pivot[j]) < 1e-11 * whole) pivot[j] = right[j] = 0;
   }
   for (int j = ne - 1; j >= 0; j--) {
-    double next = j + 1 < ne && !e->held[j + 1] && !e->held[j] ? -2 * e->def->beta[j + 1] / e->voronoi[j + 1] * right[j + 1] : 0;
+    double next = j + 1 < ne && !e->held[j + 1] && !e->held[j]
+                      ? -2 * e->def->beta[j + 1] / e->voronoi[j + 1] * right[j + 1]
+                      : 0;
     right[j] = e->held[j] || pivot[j] == 0 ? 0 : (right[j] - next) / pivot[j];
     theta[j] += right[j];
     longest = fmax(longest, fabs(right[j]));
@@ -304,11 +310,13 @@ double rod_energy_resolved(rod_energy *e, const double *x, int k, double step) {
   memcpy(e->solved, e->theta, (size_t)(e->nv - 1) * sizeof *e->theta);
   (void)rod_energy_value(e, here, e->solved);
   for (int j = 0; j + 1 < e->nv; j++) e->solved[j] = creal(e->angle[j]);
-  for (int round = 0; round < 40 && rod_energy_newton(e, e->solved) > 1e-12; round++) {}
+  for (int round = 0; round < 40 && rod_energy_newton(e, e->solved) > 1e-12; round++) {
+  }
   return creal(rod_energy_value(e, here, e->solved));
 }
 
-/* Ridders: symmetric differences of ever smaller steps, extrapolated; the entry that agrees best with its neighbours. */
+/* Ridders: symmetric differences of ever smaller steps, extrapolated; the entry that agrees best with its
+ * neighbours. */
 double rod_energy_slope(rod_energy *e, const double *x, int k, double step) {
   enum { ROUNDS = 9 };
   double table[ROUNDS][ROUNDS], best = 0, least = HUGE_VAL;
@@ -318,7 +326,8 @@ double rod_energy_slope(rod_energy *e, const double *x, int k, double step) {
     for (int order = 1; order <= i; order++) {
       factor *= 4;
       table[order][i] = (factor * table[order - 1][i] - table[order - 1][i - 1]) / (factor - 1);
-      double doubt = fmax(fabs(table[order][i] - table[order - 1][i]), fabs(table[order][i] - table[order - 1][i - 1]));
+      double doubt =
+          fmax(fabs(table[order][i] - table[order - 1][i]), fabs(table[order][i] - table[order - 1][i - 1]));
       if (!(doubt <= least)) continue;
       least = doubt;
       best = table[order][i];

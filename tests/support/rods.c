@@ -86,7 +86,9 @@ void rod_hold_director(hb_rod_def *def, int edge, const double director[3], doub
   must(hb_formula_constant(angle, &s->angle, &err), &err);
 }
 
-void rod_hold_vertex(hb_rod_def *def, int vertex) { rod_add_support(def, HB_SUPPORT_POSITION, vertex)->held = true; }
+void rod_hold_vertex(hb_rod_def *def, int vertex) {
+  rod_add_support(def, HB_SUPPORT_POSITION, vertex)->held = true;
+}
 
 /* Tangents from two smooth angles, turned at random; then edge after edge. */
 void rod_random_shape(rng *r, int nv, const double *lengths, double bend, double *x) {
@@ -102,7 +104,8 @@ void rod_random_shape(rng *r, int nv, const double *lengths, double bend, double
   for (int j = 0; j + 1 < nv; j++) {
     double angle[2] = {0, 0};
     for (int a = 0; a < 2; a++)
-      for (int k = 0; k < 3; k++) angle[a] += bend * wave[a][k][0] * sin(wave[a][k][1] * j + wave[a][k][2]) / wave[a][k][1];
+      for (int k = 0; k < 3; k++)
+        angle[a] += bend * wave[a][k][0] * sin(wave[a][k][1] * j + wave[a][k][2]) / wave[a][k][1];
     double b = 1.2 * tanh(angle[1]);
     double t[3] = {cos(angle[0]) * cos(b), sin(angle[0]) * cos(b), sin(b)}, turned[3];
     rod_move(rotation, NULL, t, 1, turned);
@@ -128,8 +131,8 @@ void rod_move(const double rotation[9], const double *shift, const double *a, in
   for (int i = 0; i < count; i++) {
     double p[3] = {a[3 * i], a[3 * i + 1], a[3 * i + 2]};
     for (int k = 0; k < 3; k++)
-      out[3 * i + k] =
-          rotation[3 * k] * p[0] + rotation[3 * k + 1] * p[1] + rotation[3 * k + 2] * p[2] + (shift ? shift[k] : 0);
+      out[3 * i + k] = rotation[3 * k] * p[0] + rotation[3 * k + 1] * p[1] + rotation[3 * k + 2] * p[2] +
+                       (shift ? shift[k] : 0);
   }
 }
 
@@ -151,7 +154,8 @@ double rod_difference(const double *a, const double *b, int count) {
 static void random_stiffness(hb_rod_def *def, rng *r, rod_family family) {
   bool varying = family == ROD_VARYING;
   bool isotropic = family == ROD_ISOTROPIC || (family != ROD_ANISOTROPIC && rng_int(r, 0, 2) == 0);
-  double a = rng_uniform(r, 0.05, 0.5), b = isotropic ? a : rng_uniform(r, 0.02, 0.5), axis = rng_uniform(r, 0, HB_PI);
+  double a = rng_uniform(r, 0.05, 0.5), b = isotropic ? a : rng_uniform(r, 0.02, 0.5),
+         axis = rng_uniform(r, 0, HB_PI);
   double beta = rng_uniform(r, 0.02, 0.3), phase = rng_uniform(r, 0, 6);
   for (int j = 0; j + 1 < def->nv; j++) {
     double swell = varying ? 1 + 0.6 * sin(phase + 0.7 * j) : 1, turn = varying ? axis + 0.3 * j : axis;
@@ -187,8 +191,10 @@ static void random_hold(hb_rod_def *def, rng *r, int j, double turns) {
   double angle = 2 * HB_PI * rng_uniform(r, -turns, turns), d[3];
   rng_direction(r, d);
   snprintf(text, sizeof text, "%.17g", angle);
-  if (rng_int(r, 0, 1)) rod_hold_angle(def, j, text);
-  else rod_hold_director(def, j, d, angle);
+  if (rng_int(r, 0, 1))
+    rod_hold_angle(def, j, text);
+  else
+    rod_hold_director(def, j, d, angle);
 }
 
 /* The frames of a kind of ends. */

@@ -1,5 +1,5 @@
-/* Rods for tests: built by hand or at random, compiled, and evaluated at any shape with the inner parts of the library.
- * Everything here ends the cmocka test that calls it when the library reports an error. */
+/* Rods for tests: built by hand or at random, compiled, and evaluated at any shape with the inner parts of
+ * the library. Everything here ends the cmocka test that calls it when the library reports an error. */
 #ifndef HB_TEST_RODS_H
 #define HB_TEST_RODS_H
 
@@ -35,7 +35,8 @@ typedef struct rod_case {
   bool work_made;
 } rod_case;
 
-/* A scene of one straight rod of nv vertices and edge length h along x: mass 1, B = alpha 1, director y. Free. */
+/* A scene of one straight rod of nv vertices and edge length h along x: mass 1, B = alpha 1, director y.
+ * Free. */
 void rod_case_straight(rod_case *c, int nv, double h, double alpha, double beta);
 /* A random rod: its initial shape is smooth, its edges have their rest lengths. turns: largest end twist. */
 void rod_case_random(rod_case *c, rng *r, rod_family family, rod_ends ends, double turns);
@@ -52,20 +53,24 @@ double *rod_array(int count);
 /* B = ((b11, b12), (b12, b22)) on every edge. */
 void rod_set_bending(hb_rod_def *def, double b11, double b12, double b22);
 
-/* Compiles the definition and makes state and workspace. Done once per case, after which the definition is fixed. */
+/* Compiles the definition and makes state and workspace. Done once per case, after which the definition is
+ * fixed. */
 void rod_case_compile(rod_case *c);
-/* The start of a run at positions x (3 per vertex; NULL: the initial shape as it is): frames, relaxed twist, force. */
+/* The start of a run at positions x (3 per vertex; NULL: the initial shape as it is): frames, relaxed twist,
+ * force. */
 void rod_case_start(rod_case *c, const double *x);
 /* Positions x (NULL: as they are) at time t: frames carried, twist solved, force. */
 void rod_case_evaluate(rod_case *c, const double *x, double t);
-/* Material angles of all edges (nv - 1) against the Bishop frame from the anchor director; windings in differences. */
+/* Material angles of all edges (nv - 1) against the Bishop frame from the anchor director; windings in
+ * differences. */
 void rod_case_angles(rod_case *c, double *theta);
 /* Directors of all edges, 3 each. */
 void rod_case_directors(rod_case *c, double *m1);
 /* Elastic force on the vertices, 3 each. */
 const double *rod_case_force(const rod_case *c);
 
-/* A smooth random polyline whose edges have the given lengths. bend: largest angle between neighbouring edges, about. */
+/* A smooth random polyline whose edges have the given lengths. bend: largest angle between neighbouring
+ * edges, about. */
 void rod_random_shape(rng *r, int nv, const double *lengths, double bend, double *x);
 /* A random rotation matrix, row by row. */
 void rod_random_rotation(rng *r, double rotation[9]);
