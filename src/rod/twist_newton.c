@@ -275,6 +275,35 @@ hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state,
   return status;
 }
 
+/* Is there a direction in which the energy falls at second order? Pivots of the Hessian that are clearly negative. */
+static bool on_a_saddle(const hb_rod *rod, const hb_rod_work *w) {
+  double before = 1;
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    if (w->held[j]) continue;
+    double whole = w->diagonal[j] + fabs(w->bending_diagonal[j]), pivot = w->diagonal[j] + w->bending_diagonal[j];
+    if (j > 0 && !w->held[j - 1]) pivot -= w->off_diagonal[j] * w->off_diagonal[j] / before;
+    if (pivot < -1e-8 * whole) return true;
+    if (!(pivot > 1e-13 * whole)) return false;
+    before = pivot;
+  }
+  return false;
+}
+
+/* Minimises; where symmetry has led to a saddle, leaves it by a small uneven turn of all frames and goes on. */
+static hb_status minimise_from_anywhere(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w,
+                                        hb_error *err) {
+  double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
+  int limit = START_FACTOR * m->def->method.max_twist_iterations;
+  for (int attempt = 0;; attempt++) {
+    hb_status status = minimise(m, rod, state, w, limit, err);
+    if (status || attempt == 3 || !on_a_saddle(rod, w)) return status;
+    for (int j = 0; j + 1 < rod->nv; j++) w->delta[j] = w->held[j] ? 0 : 1e-3 * (1 + 0.1 * (j % 3));
+    turn_frames(rod, w, m1, twist, 1);
+    memcpy(m1, w->trial_m1, 3 * (size_t)(rod->nv - 1) * sizeof(double));
+    memcpy(twist, w->trial_twist, (size_t)(rod->nv - 1) * sizeof(double));
+  }
+}
+
 /* Minimise from the frames as they are; frames held "as relaxed" are still free. */
 hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, hb_error *err) {
   for (int j = 0; j + 1 < rod->nv; j++) {
@@ -284,7 +313,7 @@ hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, 
   }
   curvature_binormals(rod, w);
   set_targets(m, rod, state, w, 0);
-  hb_status status = minimise(m, rod, state, w, START_FACTOR * m->def->method.max_twist_iterations, err);
+  hb_status status = minimise_from_anywhere(m, rod, state, w, err);
   for (int j = 0; j + 1 < rod->nv; j++) {
     int frame = m->frame_of[rod->first + j];
     state->spin[rod->first + j] = 0; /* the way to the first minimum is no motion */

@@ -17,6 +17,7 @@ typedef struct trial {
   int count;
 } trial;
 
+/* A random rod without supports, its vertices moved by up to shake. */
 static void begin(trial *t, rng *r, const hb_constraint *constraint, double shake) {
   rod_case_random(&t->c, r, (rod_family)rng_int(r, 0, ROD_FAMILY_COUNT - 1), ROD_FREE_FREE, 0);
   rod_case_compile(&t->c);
@@ -28,6 +29,7 @@ static void begin(trial *t, rng *r, const hb_constraint *constraint, double shak
 
 /* Every constraint under one check. */
 typedef void (*check)(const hb_constraint *constraint, trial *t, rng *r);
+/* Every constraint in the list on as many random rods. */
 static void sweep(uint64_t seed, double shake, check one) {
   for (int k = 0; hb_constraints[k]; k++) {
     rng r = rng_start(seed);
@@ -63,6 +65,7 @@ static void rows_are_derivatives(const hb_constraint *constraint, trial *t, rng 
   }
 }
 
+/* Rows against differences. */
 static void test_rows(void **state) {
   (void)state;
   sweep(501, 0.03, rows_are_derivatives);
@@ -76,6 +79,7 @@ static void values_alone(const hb_constraint *constraint, trial *t, rng *r) {
   assert_memory_equal(values, t->values, (size_t)t->count * sizeof(double));
 }
 
+/* Values without rows. */
 static void test_values(void **state) {
   (void)state;
   sweep(502, 0.03, values_alone);
@@ -91,6 +95,7 @@ static void met_at_rest(const hb_constraint *constraint, trial *t, rng *r) {
   for (int row = 0; row < t->count; row++) assert_true(fabs(t->values[row]) > 1e-3 * h);
 }
 
+/* At rest. */
 static void test_rest(void **state) {
   (void)state;
   sweep(503, 0, met_at_rest);
@@ -109,6 +114,7 @@ static void rigid_motion(const hb_constraint *constraint, trial *t, rng *r) {
     for (int c = 0; c < 3; c++) assert_near(t->rows[6 * row + c] + t->rows[6 * row + 3 + c], 0, 0);
 }
 
+/* Turned and shifted. */
 static void test_rigid_motion(void **state) {
   (void)state;
   sweep(504, 0.03, rigid_motion);

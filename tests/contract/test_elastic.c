@@ -46,6 +46,7 @@ static void draw(solved *s, uint64_t seed, int family, int ends) {
   make_rest_explicit(&s->c.def.rods[0]);
 }
 
+/* Compiles, relaxes, and measures. */
 static void solve(solved *s) {
   rod_energy e;
   rod_case_compile(&s->c);
@@ -113,6 +114,7 @@ static void rigid_motion(uint64_t seed, int family, int ends) {
   rod_case_free(&b.c);
 }
 
+/* Turned and shifted. */
 static void test_rigid_motion(void **state) {
   (void)state;
   sweep(1000, rigid_motion);
@@ -142,6 +144,7 @@ static void frame_choice(uint64_t seed, int family, int ends) {
   rod_case_free(&b.c);
 }
 
+/* Framed otherwise. */
 static void test_frame_choice(void **state) {
   (void)state;
   sweep(2000, frame_choice);
@@ -187,6 +190,7 @@ static void reversal(uint64_t seed, int family, int ends) {
   rod_case_free(&b.c);
 }
 
+/* Numbered from the other end. */
 static void test_reversal(void **state) {
   (void)state;
   sweep(3000, reversal);
@@ -225,6 +229,7 @@ static void mirror_image(uint64_t seed, int family, int ends) {
   rod_case_free(&b.c);
 }
 
+/* Mirrored. */
 static void test_mirror(void **state) {
   (void)state;
   sweep(4000, mirror_image);
@@ -254,6 +259,7 @@ static void balance(uint64_t seed, int family, int ends) {
   rod_case_free(&a.c);
 }
 
+/* Newton and Euler. */
 static void test_balance(void **state) {
   (void)state;
   sweep(5000, balance);
@@ -285,6 +291,7 @@ static void scaling(uint64_t seed, int family, int ends) {
   rod_case_free(&a.c);
 }
 
+/* In other units. */
 static void test_scale(void **state) {
   (void)state;
   sweep(6000, scaling);
@@ -320,6 +327,7 @@ static void at_rest(uint64_t seed, int family, int ends) {
   rod_case_free(&a.c);
 }
 
+/* At rest. */
 static void test_rest(void **state) {
   (void)state;
   sweep(7000, at_rest);

@@ -17,6 +17,7 @@ typedef struct scene {
   double x[NUMBERS], v[NUMBERS], m1[NUMBERS];
 } scene;
 
+/* One more load with constant components. */
 static hb_force_def *add_force(hb_scene_def *def, hb_force_kind kind, const double value[3]) {
   hb_error err;
   def->forces = hb_realloc(def->forces, (size_t)def->force_count + 1, sizeof *def->forces);

@@ -34,6 +34,7 @@ static void begin(trial *t, rng *r, rod_family family, rod_ends ends, bool stret
   rod_energy_bind(&t->e, t->c.state->x, t->c.state->anchor_m1, t->theta);
 }
 
+/* Frees a trial. */
 static void finish(trial *t) {
   rod_energy_free(&t->e);
   rod_case_free(&t->c);
@@ -51,7 +52,7 @@ static void test_complex_step(void **state) {
         double force[ROOM];
         begin(&t, &r, (rod_family)family, (rod_ends)ends, k % 3 == 0);
         for (int i = 0; i < t.numbers; i++)
-          force[i] = -cimag(rod_energy_moved(&t.e, t.c.state->x, i, CMPLX(0, 1e-30))) / 1e-30;
+          force[i] = -cimag(rod_energy_moved(&t.e, t.c.state->x, i, rod_complex(0, 1e-30))) / 1e-30;
         double scale = rod_largest(force, t.numbers);
         assert_true(scale > 0);
         assert_at_most(rod_difference(force, rod_case_force(&t.c), t.numbers), 1e-12 * scale);

@@ -14,6 +14,7 @@ typedef struct trial {
   int numbers;
 } trial;
 
+/* Draws, solves and binds. */
 static void begin(trial *t, rng *r, rod_family family, rod_ends ends) {
   rod_case_random(&t->c, r, family, ends, 10);
   rod_case_compile(&t->c);
@@ -24,6 +25,7 @@ static void begin(trial *t, rng *r, rod_family family, rod_ends ends) {
   t->numbers = 3 * t->c.rod->nv;
 }
 
+/* Frees a trial. */
 static void finish(trial *t) {
   rod_energy_free(&t->e);
   rod_case_free(&t->c);

@@ -148,17 +148,20 @@ static void check(const golden *g, bool general) {
   rod_case_free(&c);
 }
 
+/* G1, in closed form and by Newton. */
 static void test_isotropic(void **state) {
   (void)state;
   check(&rods[0], false);
   check(&rods[0], true);
 }
 
+/* G2. */
 static void test_anisotropic(void **state) {
   (void)state;
   check(&rods[1], false);
 }
 
+/* G3. */
 static void test_curved(void **state) {
   (void)state;
   check(&rods[2], false);

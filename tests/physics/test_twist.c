@@ -87,6 +87,7 @@ static void check_convergence(double coarse, double middle, double fine, double 
   assert_near_rel((16 * second - first) / 15, exact, 2e-7);
 }
 
+/* Every row of the table: second order, and the right value in the limit. */
 static void test_arc(void **state) {
   (void)state;
   for (size_t k = 0; k < sizeof arc_rows / sizeof arc_rows[0]; k++) {
@@ -247,6 +248,41 @@ static void test_minimum(void **state) {
     }
     rod_energy_free(&e);
     rod_case_free(&c);
+  }
+}
+
+/* Bent exactly in its stiff plane with both ends held there: the gradient is 0, the energy a maximum. It must
+ * not stay there at the start. */
+static void test_saddle(void **state) {
+  (void)state;
+  static const arc_row row = {false, 0, 0, 0, 0, 0, 0, 0};
+  double theta[ROOM], shaken[ROOM];
+  double complex x[3 * 100];
+  rng r = rng_start(204);
+  for (int nv = 12; nv <= 82; nv = 2 * nv - 2) {
+    rod_case soft, stiff;
+    rod_energy e;
+    make_arc(&soft, &row, nv); /* in its soft plane: stays */
+    rod_case_start(&soft, NULL);
+    rod_case_angles(&soft, theta);
+    assert_near(rod_largest(theta, nv - 1), 0, 1e-13);
+    stiff = soft;
+    rod_set_bending(&stiff.def.rods[0], 0.08, 0, 0.02);
+    rod_case_compile(&stiff);
+    rod_case_start(&stiff, NULL);
+    rod_energy_create(&e, &stiff.def.rods[0]);
+    double least = energy_now(&stiff, &e, theta);
+    for (int k = 0; k < 3 * nv; k++) x[k] = stiff.state->x[k];
+    assert_near(fabs(theta[nv / 2]), 0.5 * HB_PI, 0.1);
+    for (int trial = 0; trial < 50; trial++) {
+      for (int j = 0; j + 1 < nv; j++) shaken[j] = theta[j] + rng_uniform(&r, -0.05, 0.05);
+      assert_true(creal(rod_energy_value(&e, x, shaken)) > least);
+    }
+    rod_energy_free(&e);
+    hb_rod_work_free(&stiff.work);
+    hb_state_free(stiff.state);
+    hb_model_free(stiff.model);
+    rod_case_free(&soft);
   }
 }
 
@@ -464,6 +500,7 @@ int main(void) {
                                      cmocka_unit_test(test_minimum),
                                      cmocka_unit_test(test_turned_end),
                                      cmocka_unit_test(test_all_but_straight),
+                                     cmocka_unit_test(test_saddle),
                                      cmocka_unit_test(test_snaps_go_down),
                                      cmocka_unit_test(test_closed_form),
                                      cmocka_unit_test(test_uniform_twist)};

@@ -20,8 +20,10 @@ typedef struct tensors {
   double grad_omega[N][2][N][2][3];
 } tensors;
 
+/* a . b */
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+/* a x b; out may be one of them. */
 static void cross(const double a[3], const double b[3], double out[3]) {
   double c[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   memcpy(out, c, sizeof c);
@@ -132,6 +134,7 @@ static void material_gradients(tensors *T) {
     }
 }
 
+/* All quantities in order. */
 static void fill(tensors *T, const rod_energy *e, const double *x, dense_lengths lengths) {
   memset(T, 0, sizeof *T);
   geometry(T, e, x, lengths);
@@ -166,6 +169,7 @@ static void theta_gradient(const tensors *T, const rod_energy *e, double *gradie
   }
 }
 
+/* The formula on freshly made quantities. */
 void dense_theta_gradient(const rod_energy *e, const double *x, dense_lengths lengths, double *gradient) {
   tensors T;
   fill(&T, e, x, lengths);

@@ -9,8 +9,10 @@
 
 typedef double complex number;
 
+/* a . b without conjugation: it must stay analytic. */
 static number dot(const number a[3], const number b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+/* a x b */
 static void cross(const number a[3], const number b[3], number out[3]) {
   out[0] = a[1] * b[2] - a[2] * b[1];
   out[1] = a[2] * b[0] - a[0] * b[2];
@@ -20,7 +22,7 @@ static void cross(const number a[3], const number b[3], number out[3]) {
 /* Arc tangent of a number near 0 with an infinitesimal imaginary part, to first order in that. */
 static number arc_tangent(number z) {
   double re = creal(z);
-  return CMPLX(atan(re), cimag(z) / (1 + re * re));
+  return rod_complex(atan(re), cimag(z) / (1 + re * re));
 }
 
 /* Rotation matrix about a x b that takes a to b (Rodrigues; c = a.b, axis times sine = a x b), times d. */
@@ -69,6 +71,7 @@ static void material(const number kb[3], const number t[3], const number m1[3], 
   out[1] = -dot(kb, m1);
 }
 
+/* So many doubles, all 0. */
 static double *zeros(int count) {
   double *a = hb_alloc((size_t)count, sizeof *a);
   assert_non_null(a);
@@ -103,6 +106,7 @@ static void measure_rest(rod_energy *e) {
   }
 }
 
+/* Lengths, rest curvature and held edges from the definition. */
 void rod_energy_create(rod_energy *e, const hb_rod_def *def) {
   int nv = def->nv;
   assert_true(nv <= VERTICES_MAX);
@@ -138,6 +142,7 @@ void rod_energy_create(rod_energy *e, const hb_rod_def *def) {
   }
 }
 
+/* Frees what create made. */
 void rod_energy_free(rod_energy *e) {
   void *all[] = {e->voronoi, e->rest_omega, e->rest_twist, e->tangent, e->held_m1, e->theta,
                  e->solved,  e->held,       e->t,          e->u,       e->angle,   e->omega};
@@ -157,6 +162,7 @@ static void frames(rod_energy *e, const number *x) {
   for (int j = 1; j + 1 < e->nv; j++) rotate(e->t + 3 * j - 3, e->t + 3 * j, e->u + 3 * j - 3, e->u + 3 * j);
 }
 
+/* Keeps the reference: tangents, directors, angles. */
 void rod_energy_bind(rod_energy *e, const double *x, const double u0[3], const double *theta) {
   number here[3 * VERTICES_MAX];
   for (int k = 0; k < 3 * e->nv; k++) here[k] = x[k];
@@ -218,6 +224,7 @@ static number sum_energy(const rod_energy *e) {
   return sum;
 }
 
+/* Frames, angles, curvatures, sum. */
 number rod_energy_value(rod_energy *e, const number *x, const double *theta) {
   frames(e, x);
   for (int j = 0; j + 1 < e->nv; j++) e->angle[j] = e->held[j] ? held_angle(e, j) : theta[j];
@@ -225,6 +232,7 @@ number rod_energy_value(rod_energy *e, const number *x, const double *theta) {
   return sum_energy(e);
 }
 
+/* One coordinate moved. */
 number rod_energy_moved(rod_energy *e, const double *x, int k, number step) {
   number here[3 * VERTICES_MAX];
   for (int c = 0; c < 3 * e->nv; c++) here[c] = x[c];
@@ -242,6 +250,7 @@ static void turned_omega(const rod_energy *e, const double *theta, int i, int si
   out[1] = c * q - s * p;
 }
 
+/* omega^T J B (omega - rest)/l and twisting moments, term by term. */
 double rod_energy_gradient(const rod_energy *e, const double *theta, double *gradient) {
   double scale = 0;
   memset(gradient, 0, (size_t)(e->nv - 1) * sizeof *gradient);
@@ -263,6 +272,7 @@ double rod_energy_gradient(const rod_energy *e, const double *theta, double *gra
   return scale;
 }
 
+/* Diagonal entries; those beside it are constant. */
 void rod_energy_hessian(const rod_energy *e, const double *theta, double *diagonal) {
   memset(diagonal, 0, (size_t)(e->nv - 1) * sizeof *diagonal);
   for (int i = 1; i + 1 < e->nv; i++)
@@ -277,6 +287,7 @@ void rod_energy_hessian(const rod_energy *e, const double *theta, double *diagon
     }
 }
 
+/* Tridiagonal elimination from the first edge on. */
 double rod_energy_newton(rod_energy *e, double *theta) {
   double pivot[VERTICES_MAX], right[VERTICES_MAX], longest = 0;
   int ne = e->nv - 1;
@@ -303,6 +314,7 @@ double rod_energy_newton(rod_energy *e, double *theta) {
   return longest;
 }
 
+/* Newton from the reference, at most 40 steps. */
 double rod_energy_resolved(rod_energy *e, const double *x, int k, double step) {
   number here[3 * VERTICES_MAX];
   for (int c = 0; c < 3 * e->nv; c++) here[c] = x[c];

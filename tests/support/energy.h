@@ -11,6 +11,15 @@
 #include "hebra/model.h"
 
 #include <complex.h>
+#include <string.h>
+
+/* re + i im, also where CMPLX is missing (clang 14 with glibc). */
+static inline double complex rod_complex(double re, double im) {
+  double parts[2] = {re, im};
+  double complex z;
+  memcpy(&z, parts, sizeof z);
+  return z;
+}
 
 typedef struct rod_energy {
   const hb_rod_def *def;

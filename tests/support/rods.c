@@ -14,6 +14,7 @@ static void must(hb_status status, const hb_error *err) {
   fail();
 }
 
+/* Zeroed doubles. */
 double *rod_array(int count) {
   double *a = hb_alloc((size_t)count, sizeof *a);
   assert_non_null(a);
@@ -54,6 +55,7 @@ void rod_case_straight(rod_case *c, int nv, double h, double alpha, double beta)
   rod_set_bending(def, alpha, 0, alpha);
 }
 
+/* Frees what was made so far. */
 void rod_case_free(rod_case *c) {
   if (c->work_made) hb_rod_work_free(&c->work);
   hb_state_free(c->state);
@@ -73,12 +75,14 @@ hb_support_def *rod_add_support(hb_rod_def *def, hb_support_kind kind, int index
   return s;
 }
 
+/* An angle as a formula of t. */
 void rod_hold_angle(hb_rod_def *def, int edge, const char *angle) {
   hb_error err;
   hb_support_def *s = rod_add_support(def, HB_SUPPORT_ANGLE, edge);
   must(hb_formula_parse(angle, HB_VARS_TIME, NULL, 0, &s->angle, &err), &err);
 }
 
+/* A constant director and an extra angle. */
 void rod_hold_director(hb_rod_def *def, int edge, const double director[3], double angle) {
   hb_error err;
   hb_support_def *s = rod_add_support(def, HB_SUPPORT_DIRECTOR, edge);
@@ -86,6 +90,7 @@ void rod_hold_director(hb_rod_def *def, int edge, const double director[3], doub
   must(hb_formula_constant(angle, &s->angle, &err), &err);
 }
 
+/* A vertex held where it is. */
 void rod_hold_vertex(hb_rod_def *def, int vertex) {
   rod_add_support(def, HB_SUPPORT_POSITION, vertex)->held = true;
 }
@@ -127,6 +132,7 @@ void rod_random_rotation(rng *r, double rotation[9]) {
   }
 }
 
+/* Rotation and shift, one vector after the other. */
 void rod_move(const double rotation[9], const double *shift, const double *a, int count, double *out) {
   for (int i = 0; i < count; i++) {
     double p[3] = {a[3 * i], a[3 * i + 1], a[3 * i + 2]};
@@ -136,6 +142,7 @@ void rod_move(const double rotation[9], const double *shift, const double *a, in
   }
 }
 
+/* Not-a-number counts as largest. */
 double rod_largest(const double *a, int count) {
   double most = 0;
   for (int k = 0; k < count; k++)
@@ -143,6 +150,7 @@ double rod_largest(const double *a, int count) {
   return most;
 }
 
+/* Not-a-number counts as largest. */
 double rod_difference(const double *a, const double *b, int count) {
   double most = 0;
   for (int k = 0; k < count; k++)
@@ -227,6 +235,7 @@ void rod_case_random(rod_case *c, rng *r, rod_family family, rod_ends ends, doub
   hb_free(lengths);
 }
 
+/* Model, state and workspace. */
 void rod_case_compile(rod_case *c) {
   hb_error err;
   must(hb_model_create(&c->def, &c->model, &err), &err);
@@ -249,6 +258,7 @@ void rod_case_start(rod_case *c, const double *x) {
   rod_case_evaluate(c, NULL, 0);
 }
 
+/* As a step does it. */
 void rod_case_evaluate(rod_case *c, const double *x, double t) {
   hb_error err;
   if (x) memcpy(c->state->x, x, 3 * (size_t)c->rod->nv * sizeof(double));
@@ -256,6 +266,7 @@ void rod_case_evaluate(rod_case *c, const double *x, double t) {
   hb_rod_force(c->model, c->rod, c->state, &c->work);
 }
 
+/* From the state, or made for closed forms. */
 void rod_case_directors(rod_case *c, double *m1) {
   if (c->rod->closed_form) hb_frames_closed(c->model, c->rod, c->state, &c->work);
   memcpy(m1, c->rod->closed_form ? c->work.m1 : c->state->m1, 3 * (size_t)(c->rod->nv - 1) * sizeof(double));
@@ -276,4 +287,5 @@ void rod_case_angles(rod_case *c, double *theta) {
   }
 }
 
+/* As the state has it. */
 const double *rod_case_force(const rod_case *c) { return c->state->force; }
