@@ -261,10 +261,13 @@ static hb_status not_converged(const hb_model *m, const hb_rod *rod, const hb_pr
     return hb_fail(err, HB_ERR_NUMERIC, "rod %s: edge %d has a length that is not finite", rod->name, j);
   return hb_fail(err, HB_ERR_NUMERIC,
                  "rod %s: inextensibility did not converge in %d iterations: edge %d is still off by %.3g "
-                 "(allowed: %.3g %s)",
+                 "(allowed: %.3g %s)%s",
                  rod->name, p->iterations, j, p->error, m->def->method.length_tolerance,
-                 m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "of its length"
-                                                                               : "absolute");
+                 m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "of its length" : "absolute",
+                 p->singular ? "; the rod is straight and taut between its supports, so nothing says to which "
+                               "side it should give: let the initial shape bend a little (initial: displace "
+                               "or perturb) and the supports start softly"
+                             : "");
 }
 
 /* Newton on the lengths, from where the first guess is. */
@@ -281,6 +284,7 @@ static hb_status iterate(const hb_model *model, const hb_rod *rod, double *x, do
     finding found = along ? meet_along(&lengths) : meet_gradient(&lengths);
     result->error = found.worst;
     result->edge = found.edge;
+    result->singular = !found.full;
     if (found.worst <= method->length_tolerance) return HB_OK;
     if (!(found.worst < HUGE_VAL) || result->iterations >= limit)
       return not_converged(model, rod, result, err);
@@ -299,7 +303,7 @@ static hb_status iterate(const hb_model *model, const hb_rod *rod, double *x, do
 hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double *x, double *v, double h,
                                const double *x_old, double *lambda, hb_project_work *w, hb_projection *result,
                                hb_error *err) {
-  *result = (hb_projection){0, 0, rod->first};
+  *result = (hb_projection){0, 0, rod->first, false};
   if (x_old) {
     for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
       hb_v3 d;

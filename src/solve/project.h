@@ -26,6 +26,7 @@ typedef struct hb_projection {
   int iterations;
   double error; /* max |C_j|/|e-bar^j| (or max |C_j| for an absolute tolerance) at the end */
   int edge;     /* where it was largest at the last look, slot */
+  bool singular; /* the rows hang on each other: the rod is taut and straight between its supports */
 } hb_projection;
 
 /* Moves the free coordinates x (3 per slot) of one rod until every edge has its length to the model's

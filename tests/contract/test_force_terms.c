@@ -116,7 +116,7 @@ static void test_adds_to_its_rod(void **state) {
       if (hb_force_terms[k]->active(s.c.model, &s.c.model->rods[rod])) {
         force_of(&s, hb_force_terms[k], rod, 0.3, f);
         for (int i = 0; i < NUMBERS; i++)
-          if ((i / (3 * NV)) != rod) s.x[i] = s.v[i] = s.m1[i] = NAN;
+          if ((i / (3 * NV)) != rod) s.x[i] = s.v[i] = s.m1[i] = (double)NAN;
         for (int i = 0; i < NUMBERS; i++) g[i] = 100 + i;
         hb_force_terms[k]->add(s.c.model, &s.c.model->rods[rod], 0.3, s.x, s.v, s.m1, g);
         for (int i = 0; i < NUMBERS; i++) {

@@ -330,7 +330,7 @@ double rod_energy_resolved(rod_energy *e, const double *x, int k, double step) {
 /* Ridders: symmetric differences of ever smaller steps, extrapolated; the entry that agrees best with its
  * neighbours. */
 double rod_energy_slope(rod_energy *e, const double *x, int k, double step) {
-  enum { ROUNDS = 9 };
+  enum { ROUNDS = 8 };
   double table[ROUNDS][ROUNDS], best = 0, least = HUGE_VAL;
   for (int i = 0; i < ROUNDS; i++, step *= 0.5) {
     double factor = 1;
