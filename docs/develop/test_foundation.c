@@ -4,6 +4,7 @@
 
 #include "force/force.h"
 #include "hebra/scene.h"
+#include "hebra/sim.h"
 
 #include <string.h>
 

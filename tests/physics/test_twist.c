@@ -384,6 +384,25 @@ static void test_turned_end(void **state) {
   }
 }
 
+/* Two turns within a single step are still two turns. */
+static void test_sudden_turn(void **state) {
+  (void)state;
+  for (int general = 0; general < 2; general++) {
+    double sudden[ROOM], direct[ROOM];
+    for (int way = 0; way < 2; way++) {
+      rng r = rng_start(215);
+      rod_case c;
+      make_turned(&c, &r, !general, way ? "4*pi" : "4*pi*t");
+      rod_case_start(&c, NULL);
+      if (way == 0) rod_case_evaluate(&c, NULL, 1);
+      rod_case_angles(&c, way ? direct : sudden);
+      rod_case_free(&c);
+    }
+    assert_near(sudden[10] - sudden[0], 4 * HB_PI, 1e-11);
+    assert_near_array(sudden, direct, 11, 1e-11);
+  }
+}
+
 /* Strongly curved and anisotropic: on the way the minimum vanishes and the frames snap to another; then
  * energy is lost, never won, and no winding with it. */
 static void test_snaps_go_down(void **state) {
@@ -493,16 +512,12 @@ static void test_uniform_twist(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_arc),
-                                     cmocka_unit_test(test_arc_mesh),
-                                     cmocka_unit_test(test_arc_trap),
-                                     cmocka_unit_test(test_far_starts),
-                                     cmocka_unit_test(test_minimum),
-                                     cmocka_unit_test(test_turned_end),
-                                     cmocka_unit_test(test_all_but_straight),
-                                     cmocka_unit_test(test_saddle),
-                                     cmocka_unit_test(test_snaps_go_down),
-                                     cmocka_unit_test(test_closed_form),
-                                     cmocka_unit_test(test_uniform_twist)};
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_arc),         cmocka_unit_test(test_arc_mesh),
+      cmocka_unit_test(test_arc_trap),    cmocka_unit_test(test_far_starts),
+      cmocka_unit_test(test_minimum),     cmocka_unit_test(test_turned_end),
+      cmocka_unit_test(test_sudden_turn), cmocka_unit_test(test_all_but_straight),
+      cmocka_unit_test(test_saddle),      cmocka_unit_test(test_snaps_go_down),
+      cmocka_unit_test(test_closed_form), cmocka_unit_test(test_uniform_twist)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -151,7 +151,7 @@ static void test_places(void **state) {
   make(&s);
   assert_int_equal(hb_checkpoint_write(in_directory("none/a.checkpoint"), s.sim, 3, &err), HB_ERR_IO);
   assert_non_null(strstr(err.text, "none/a.checkpoint: cannot be written: No such file or directory"));
-  assert_int_equal(hb_checkpoint_read(in_directory("none.checkpoint"), &saved, &err), HB_ERR_IO);
+  assert_int_equal(hb_checkpoint_read(in_directory("none.checkpoint"), &saved, &err), HB_ERR_INPUT);
   assert_non_null(strstr(err.text, "cannot be opened: No such file or directory"));
   assert_int_equal(hb_checkpoint_read(directory, &saved, &err), HB_ERR_IO);
   assert_non_null(strstr(err.text, "is no checkpoint"));

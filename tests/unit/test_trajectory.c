@@ -317,7 +317,7 @@ static void test_reader_errors(void **state) {
   (void)state;
   hb_reader *reader = NULL;
   hb_error err;
-  assert_int_equal(hb_reader_open(in_directory("none.h5"), &reader, &err), HB_ERR_IO);
+  assert_int_equal(hb_reader_open(in_directory("none.h5"), &reader, &err), HB_ERR_INPUT);
   assert_non_null(strstr(err.text, "none.h5: cannot be opened: No such file or directory"));
   write_bytes("title: a scene\n", 15);
   assert_int_equal(hb_reader_open(in_directory("bad.h5"), &reader, &err), HB_ERR_INPUT);
@@ -435,7 +435,7 @@ static void test_quiet(void **state) {
   void *data = NULL;
   hb_reader *reader = NULL;
   H5Eget_auto2(H5E_DEFAULT, &before, &data);
-  assert_int_equal(hb_reader_open(in_directory("none.h5"), &reader, NULL), HB_ERR_IO);
+  assert_int_equal(hb_reader_open(in_directory("none.h5"), &reader, NULL), HB_ERR_INPUT);
   write_bytes("\x89HDF\r\n\x1a\nrest", 12);
   assert_int_equal(hb_reader_open(in_directory("bad.h5"), &reader, NULL), HB_ERR_INPUT);
   H5Eget_auto2(H5E_DEFAULT, &after, &data);
