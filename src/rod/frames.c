@@ -186,6 +186,8 @@ void hb_frames_closed(const hb_model *model, const hb_rod *rod, const hb_state *
     if (span->first_frame >= 0) {
       memcpy(work->m1 + 3 * a, work->frame_now + 3 * span->first_frame, 3 * sizeof(double));
       walk(model, rod, work, a, b, state->moment[s]);
+      if (span->last_frame >= 0) /* exactly so, also where no twist can pass (beta = 0) */
+        memcpy(work->m1 + 3 * b, work->frame_now + 3 * span->last_frame, 3 * sizeof(double));
     } else if (span->last_frame >= 0) {
       memcpy(work->m1 + 3 * b, work->frame_now + 3 * span->last_frame, 3 * sizeof(double));
       walk(model, rod, work, b, a, 0);

@@ -220,10 +220,11 @@ static void set_targets(const hb_model *m, const hb_rod *rod, const hb_state *st
 }
 
 /* A carried frame turned once more by what it turned in the last step: first guess of this step, off by the square of
- * the step only. Long turns are not guesses any more and are dropped. */
-static hb_v3 spin_on(hb_v3 d, hb_v3 t, double *spin) {
+ * the step only. Long turns are not guesses any more and are dropped. keep < 1 where nothing holds the frames: where
+ * such a rod has no stiffness against the turn nothing would ever end it. */
+static hb_v3 spin_on(hb_v3 d, hb_v3 t, double keep, double *spin) {
   double s, c;
-  if (!(fabs(*spin) < 0.5)) *spin = 0;
+  *spin = fabs(*spin) < 0.5 ? keep * *spin : 0;
   hb_small_sincos(*spin, &s, &c);
   hb_v3 n = hb_v3_cross(t, d);
   return (hb_v3){c * d.x + s * n.x, c * d.y + s * n.y, c * d.z + s * n.z};
@@ -232,7 +233,7 @@ static hb_v3 spin_on(hb_v3 d, hb_v3 t, double *spin) {
 /* Frames to the new tangents; twists measured anew, their windings from the last step. */
 static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w) {
   int o = rod->first, ne = rod->nv - 1;
-  double turned_before = 0;
+  double turned_before = 0, keep = rod->frame_count > 0 ? 1 : 0.9;
   for (int j = 0; j < ne; j++) {
     hb_v3 t = hb_v3_load(w->tangent + 3 * j), d;
     int frame = m->frame_of[o + j];
@@ -242,7 +243,7 @@ static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, 
       turned = w->frame_turned[frame];
     } else {
       d = hb_carry(hb_v3_load(state->m1 + 3 * (o + j)), hb_v3_load(state->tangent + 3 * (o + j)), t);
-      d = spin_on(d, t, &state->spin[o + j]);
+      d = spin_on(d, t, keep, &state->spin[o + j]);
       turned = state->spin[o + j];
     }
     hb_v3_store(state->m1 + 3 * (o + j), d);
