@@ -1,8 +1,8 @@
 #!/bin/bash
 # What is installed is enough to use the library: through pkg-config, through find_package, and as a Debian package.
-#   check_install.sh CMAKE C_COMPILER
+#   check_install.sh CMAKE C_COMPILER GENERATOR
 set -euo pipefail
-cmake=$1 cc=$2
+cmake=$1 cc=$2 generator=$3
 scratch=${HEBRA_SCRATCH:?} prefix=${HEBRA_SCRATCH:?}/prefix
 rm -rf "$scratch" && mkdir -p "$scratch"
 "$cmake" --install "${HEBRA_BUILD:?}" --prefix "$prefix" >"$scratch/install.log"
@@ -41,7 +41,7 @@ flags=$(PKG_CONFIG_PATH=$pc pkg-config --cflags --libs hebra)
 "$cc" -o by_pkg_config main.c $flags
 ./by_pkg_config
 
-"$cmake" -S . -B by_cmake -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_C_COMPILER="$cc" >cmake.log
+"$cmake" -G "$generator" -S . -B by_cmake -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_C_COMPILER="$cc" >cmake.log
 "$cmake" --build by_cmake >>cmake.log
 ./by_cmake/user
 

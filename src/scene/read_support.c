@@ -36,7 +36,7 @@ static bool is_word(const hb_node *node, const char *word) {
 
 /* position: fixed | free | [formula | fixed | free, ...] */
 static hb_status read_position(hb_scene_reader *r, const hb_node *node, const site *at, hb_rod_def *rod) {
-  hb_support_def *s;
+  hb_support_def *s = NULL;
   if (is_word(node, "free")) return HB_OK;
   if (!is_word(node, "fixed") && node->kind != HB_NODE_LIST)
     return hb_scene_expected(r, node, "fixed, free, or a list [x, y, z] of formulas of t, fixed or free");
@@ -56,7 +56,7 @@ static hb_status read_position(hb_scene_reader *r, const hb_node *node, const si
 
 /* tangent: fixed | free | [x, y, z] formulas of t */
 static hb_status read_tangent(hb_scene_reader *r, const hb_node *node, const site *at, hb_rod_def *rod) {
-  hb_support_def *s;
+  hb_support_def *s = NULL;
   if (is_word(node, "free")) return HB_OK;
   if (!is_word(node, "fixed") && node->kind != HB_NODE_LIST)
     return hb_scene_expected(r, node, "fixed, free, or a list [x, y, z] of formulas of t");
@@ -75,7 +75,7 @@ static hb_status read_frame(hb_scene_reader *r, const hb_node *node, const site 
   const hb_node *frame = hb_node_find(node, "material_frame"), *turn = hb_node_find(node, "material_turn");
   static const char *const words[] = {"free", "fixed", NULL};
   const hb_node *second = angle && frame ? frame : word && angle ? angle : word && frame ? frame : NULL;
-  hb_support_def *s;
+  hb_support_def *s = NULL;
   int choice = held;
   if (second)
     return hb_scene_fail_key(
@@ -100,7 +100,7 @@ static hb_status read_frame(hb_scene_reader *r, const hb_node *node, const site 
 static hb_status read_site(hb_scene_reader *r, const hb_node *node, const site *at, hb_rod_def *rod) {
   const hb_node *position = hb_node_find(node, "position"), *tangent = hb_node_find(node, "tangent");
   bool clamp = false;
-  hb_support_def *s;
+  hb_support_def *s = NULL;
   hb_status status = hb_scene_flag(r, hb_node_find(node, "clamp"), &clamp);
   bool base = clamp || (position && !is_word(position, "free"));
   if (!status && tangent && !is_word(tangent, "free") && (!base || is_word(position, "free")))

@@ -126,13 +126,6 @@ static inline finding meet(const system *s) {
   return found;
 }
 
-/* Unknown j once its neighbour towards the middle is known; the two in the middle are known already. */
-static inline double unknown_of(const hb_project_work *w, int j, int half, double inner) {
-  if (j == half || j == half - 1) return w->right[j];
-  int next = j < half ? j + 1 : j - 1;
-  return (w->right[j] - w->link[next] * inner) * w->pivot[j];
-}
-
 /* How corrections are put into effect. */
 typedef struct effect {
   double *x, *v;           /* what moves */
@@ -152,67 +145,76 @@ static inline hb_v3 move(const hb_model *m, const effect *e, int k, hb_v3 before
   return moved;
 }
 
-/* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is
- * left if the corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta
- * e|^2/|e-bar| remains. */
+/* Back substitution on its way from the middle to one end. */
+typedef struct wave {
+  double unknown;    /* of the edge just done */
+  hb_v3 pull, moved; /* what that edge pulls with; how its inner vertex moved */
+} wave;
+
+/* Edge j, whose neighbour towards the middle, inner, is done: its unknown, and the vertex between the two. outwards: +1
+ * to the last edge, -1 to the first. Returns what is left of |C| of the inner edge. */
+static inline double advance(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e, int j,
+                             int outwards, wave *now) {
+  int inner = j - outwards, o = rod->first;
+  double unknown = (w->right[j] - w->link[inner] * now->unknown) * w->pivot[j];
+  hb_v3 pull = hb_v3_scale(unknown, hb_v3_load(e->direction + 3 * j));
+  hb_v3 moved = outwards > 0 ? move(m, e, o + j, now->pull, pull) : move(m, e, o + inner, pull, now->pull);
+  hb_v3 change = hb_v3_sub(moved, now->moved);
+  double inv_rest = m->inv_rest_length[o + inner];
+  if (e->lambda) e->lambda[j] += unknown;
+  w->right[j] = unknown;
+  *now = (wave){unknown, pull, moved};
+  return hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
+}
+
+/* The vertex at the end: nothing pulls beyond it. */
+static inline double arrive(const hb_model *m, const hb_rod *rod, const effect *e, int outwards, const wave *now) {
+  int edge = outwards > 0 ? rod->nv - 2 : 0, vertex = outwards > 0 ? rod->nv - 1 : 0, o = rod->first;
+  hb_v3 none = {0, 0, 0};
+  hb_v3 moved = outwards > 0 ? move(m, e, o + vertex, now->pull, none) : move(m, e, o + vertex, none, now->pull);
+  hb_v3 change = hb_v3_sub(moved, now->moved);
+  double inv_rest = m->inv_rest_length[o + edge];
+  return hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
+}
+
+/* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is left if the
+ * corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta e|^2/|e-bar| remains. */
 static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e) {
   int ne = rod->nv - 1, o = rod->first, half = ne / 2;
-  double a = w->right[half - 1], b = w->right[half], after = 0;
-  hb_v3 pull_a = hb_v3_scale(a, hb_v3_load(e->direction + 3 * (half - 1)));
-  hb_v3 pull_b = hb_v3_scale(b, hb_v3_load(e->direction + 3 * half));
-  hb_v3 moved_a = move(m, e, o + half, pull_a, pull_b), moved_b = moved_a;
+  double after = 0, a = w->right[half - 1], b = w->right[half];
+  wave left = {a, hb_v3_scale(a, hb_v3_load(e->direction + 3 * (half - 1))), {0, 0, 0}};
+  wave right = {b, hb_v3_scale(b, hb_v3_load(e->direction + 3 * half)), {0, 0, 0}};
+  left.moved = right.moved = move(m, e, o + half, left.pull, right.pull);
   if (e->lambda) {
     e->lambda[half - 1] += a;
     e->lambda[half] += b;
   }
-  for (int i = 1; i <= ne - half; i++) {
-    int left = half - 1 - i, right = half + i; /* edges; -1 and ne stand for nothing beyond the ends */
-    hb_v3 next_a = {0, 0, 0}, next_b = {0, 0, 0};
-    if (left >= 0) {
-      a = unknown_of(w, left, half, a);
-      next_a = hb_v3_scale(a, hb_v3_load(e->direction + 3 * left));
-      if (e->lambda) e->lambda[left] += a;
-      w->right[left] = a;
-    }
-    if (right < ne) {
-      b = unknown_of(w, right, half, b);
-      next_b = hb_v3_scale(b, hb_v3_load(e->direction + 3 * right));
-      if (e->lambda) e->lambda[right] += b;
-      w->right[right] = b;
-    }
-    if (left >= -1) {
-      hb_v3 moved = move(m, e, o + left + 1, next_a, pull_a), change = hb_v3_sub(moved_a, moved);
-      double inv_rest = m->inv_rest_length[o + left + 1];
-      double rest = hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
-      after = rest > after ? rest : after;
-      moved_a = moved;
-      pull_a = next_a;
-    }
-    hb_v3 moved = move(m, e, o + right, pull_b, next_b), change = hb_v3_sub(moved, moved_b);
-    double inv_rest = m->inv_rest_length[o + right - 1];
-    double rest = hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
-    after = rest > after ? rest : after;
-    moved_b = moved;
-    pull_b = next_b;
+  for (int i = 1; i < half; i++) {
+    double here = advance(m, rod, w, e, half - 1 - i, -1, &left);
+    double there = advance(m, rod, w, e, half + i, 1, &right);
+    here = here > there ? here : there;
+    after = here > after ? here : after;
   }
-  return after;
+  if (2 * half < ne) after = fmax(after, advance(m, rod, w, e, ne - 1, 1, &right));
+  return fmax(after, fmax(arrive(m, rod, e, -1, &left), arrive(m, rod, e, 1, &right)));
 }
 
-/* First guess: the corrections of the last step once more. */
-static void warm_start(const hb_model *m, const hb_rod *rod, double *x, double *v, double inv_h,
-                       const double *lambda, const hb_project_work *w) {
+/* Directions of all corrections: the gradients at x_old. With multipliers of the last step, the first guess: its
+ * corrections once more. */
+static void set_directions(const hb_model *m, const hb_rod *rod, const double *x_old, double *x, double *v,
+                           double inv_h, const double *lambda, hb_project_work *w) {
+  const effect guess = {x, v, 1, inv_h, NULL, NULL, false};
   hb_v3 before = {0, 0, 0};
-  for (int j = 0; j < rod->nv; j++) {
-    int k = rod->first + j;
-    hb_v3 pull = {0, 0, 0};
-    if (j + 1 < rod->nv) pull = hb_v3_scale(lambda[k], hb_v3_load(w->direction + 3 * j));
-    const double *mass = m->inv_mass + 3 * k;
-    hb_v3 moved = {-mass[0] * (before.x - pull.x), -mass[1] * (before.y - pull.y),
-                   -mass[2] * (before.z - pull.z)};
-    hb_v3_accumulate(x + 3 * k, moved);
-    hb_v3_accumulate(v + 3 * k, hb_v3_scale(inv_h, moved));
+  for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
+    hb_v3 d;
+    (void)hb_inextensible_edge(x_old + 3 * k, m->rest_length[k], m->inv_rest_length[k], &d);
+    hb_v3_store(w->direction + 3 * j, d);
+    if (!lambda) continue;
+    hb_v3 pull = hb_v3_scale(lambda[k], d);
+    (void)move(m, &guess, k, before, pull);
     before = pull;
   }
+  if (lambda) (void)move(m, &guess, rod->first + rod->nv - 1, before, (hb_v3){0, 0, 0});
 }
 
 /* The pull of the multipliers (by edge of the rod) along the fixed directions on the rod's prescribed
@@ -305,12 +307,7 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
                                hb_error *err) {
   *result = (hb_projection){0, 0, rod->first, false};
   if (x_old) {
-    for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
-      hb_v3 d;
-      (void)hb_inextensible_edge(x_old + 3 * k, model->rest_length[k], model->inv_rest_length[k], &d);
-      hb_v3_store(w->direction + 3 * j, d);
-    }
-    if (lambda) warm_start(model, rod, x, v, 1 / h, lambda, w);
+    set_directions(model, rod, x_old, x, v, 1 / h, lambda, w);
   } else if (lambda) {
     memset(lambda + rod->first, 0, (size_t)rod->nv * sizeof *lambda);
   }
@@ -351,8 +348,10 @@ void hb_project_tension(const hb_model *m, const hb_rod *rod, const double *x, c
     w->right[j] = hb_v3_dot(g, acceleration) + 2 * m->inv_rest_length[k] * hb_v3_dot(rate, rate);
   }
   (void)meet(&given);
-  for (int j = half - 1; j >= 0; j--) lambda[j] = unknown_of(w, j, half, j + 1 < ne ? lambda[j + 1] : 0);
-  for (int j = half; j < ne; j++) lambda[j] = unknown_of(w, j, half, lambda[j - 1]);
+  lambda[half - 1] = w->right[half - 1];
+  lambda[half] = w->right[half];
+  for (int j = half - 2; j >= 0; j--) lambda[j] = (w->right[j] - w->link[j + 1] * lambda[j + 1]) * w->pivot[j];
+  for (int j = half + 1; j < ne; j++) lambda[j] = (w->right[j] - w->link[j - 1] * lambda[j - 1]) * w->pivot[j];
 }
 
 /* ||e|/|e-bar| - 1|. */

@@ -4,14 +4,15 @@ source "$(dirname "$0")/../support/cli.sh"
 source tests/support/runs.sh
 scene=tests/support/small.yaml
 
-# Long enough to be hit: about a second, whatever the build.
-steps=100
-while :; do
-  start=$(now)
-  run "$HEBRA" run $scene -o "$work/whole" --quiet --set "parameters.steps=$steps"
-  took=$(($(now) - start))
-  [ "$took" -gt 600 ] || [ "$steps" -gt 1000000 ] && break
-  steps=$((steps * (took > 100 ? 900 / took + 1 : 4)))
+# Long enough to be hit: half a second and more beyond the time that a run needs to get going, whatever the build.
+begin=$(now)
+run "$HEBRA" run $scene -o "$work/whole" --quiet --set parameters.steps=5; wants 0
+start_up=$(($(now) - begin)) steps=100 took=0
+while [ $took -lt 500 ] && [ $steps -lt 1000000 ]; do
+  steps=$((steps * (took > 100 ? 700 / took + 1 : 3)))
+  begin=$(now)
+  run "$HEBRA" run $scene -o "$work/whole" --quiet --set parameters.steps=$steps
+  took=$(($(now) - begin - start_up))
 done
 wants 0
 setting=(--set "parameters.steps=$steps")
@@ -23,8 +24,12 @@ for moment in {1..20}; do
   dir=$work/killed-$moment
   "$HEBRA" run $scene -o "$dir" --quiet "${setting[@]}" >"$work/.out" 2>&1 &
   pid=$!
-  # Evenly over the run and beyond its beginning, with some at the very start.
-  pause $((RANDOM % (took * 4 / 5) * (moment % 5 > 0) + RANDOM % 30))
+  # Every fourth somewhere in the first moments, the others evenly over the run.
+  if [ $((moment % 4)) = 0 ]; then pause $((RANDOM % (start_up + 20)))
+  else
+    wait_for 20 test -e "$dir/checkpoint.hbc"
+    pause $((RANDOM % (took * 4 / 5)))
+  fi
   kill -KILL $pid 2>/dev/null && killed=$((killed + 1))
   wait $pid 2>/dev/null
 

@@ -34,9 +34,7 @@ static void *handed_out(void *block) {
 }
 
 /* Stands in for malloc. */
-void *__wrap_malloc(size_t size) {
-  return fails() ? NULL : handed_out(__real_malloc(size));
-}
+void *__wrap_malloc(size_t size) { return fails() ? NULL : handed_out(__real_malloc(size)); }
 
 /* Stands in for calloc. */
 void *__wrap_calloc(size_t count, size_t size) {
@@ -70,14 +68,10 @@ bool failing_alloc_disarm(void) {
 }
 
 /* Allocations since the last arm. */
-long failing_alloc_count(void) {
-  return alloc.asked;
-}
+long failing_alloc_count(void) { return alloc.asked; }
 
 /* Blocks in use. */
-long failing_alloc_live(void) {
-  return alloc.live;
-}
+long failing_alloc_live(void) { return alloc.live; }
 
 /* One run whose n-th allocation fails; true if the run was long enough to reach it. */
 static bool try_one(failing_alloc_trial trial, void *context, long n) {

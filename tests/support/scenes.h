@@ -124,7 +124,7 @@ static inline void scene_path(hb_rod_def *rod, int vertex, const char *x, const 
   const char *text[3] = {x, y, z};
   s->held = true;
   for (int c = 0; c < 3; c++) {
-    s->axis_free[c] = text[c] && strcmp(text[c], "free") == 0;
+    s->axis_free[c] = text[c] && text[c][0] == 'f';
     if (!s->axis_free[c]) s->value[c] = scene_formula(text[c]);
   }
 }

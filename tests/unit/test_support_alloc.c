@@ -63,28 +63,38 @@ static void near_passes(void **state) {
   assert_at_most(1.0, 1.0);
 }
 
-/* Wrong comparisons, each of which has to fail its test. */
+/* From here on: wrong comparisons, each of which has to fail its test. Off by more than is allowed. */
 static void wrong_near(void **state) {
   (void)state;
   assert_near(1.0, 1.0 + 1e-11, 1e-12);
 }
+
+/* Too far apart for equal, close enough for float. */
 static void wrong_float(void **state) {
   (void)state;
   assert_same(1.0, 1.0 + 1e-15);
 }
+
+/* Not a number, against any tolerance. */
 static void wrong_nan(void **state) {
   (void)state;
   assert_near((double)NAN, 1.0, 1e300);
 }
+
+/* A tenth is more than a twentieth. */
 static void wrong_rel(void **state) {
   (void)state;
   assert_near_rel(1.0, 1.1, 0.05);
 }
+
+/* One entry that is not a number. */
 static void wrong_array(void **state) {
   (void)state;
   const double a[] = {1, 2, (double)NAN}, b[] = {1, 2, 3};
   assert_near_array(a, b, 3, 1e300);
 }
+
+/* Not a number is below nothing. */
 static void wrong_bound(void **state) {
   (void)state;
   assert_at_most((double)NAN, 1.0);
@@ -104,6 +114,8 @@ static hb_status leaks(void *context, hb_error *err) {
   hb_free(b);
   return HB_OK;
 }
+
+/* A trial that loses a block. */
 static void wrong_leak(void **state) { failing_alloc_loop(leaks, *state, 1); }
 
 /* Goes on as if nothing had happened. */
@@ -113,6 +125,8 @@ static hb_status ignores(void *context, hb_error *err) {
   hb_free(hb_alloc(1, 1));
   return HB_OK;
 }
+
+/* A trial that hides the failure. */
 static void wrong_status(void **state) {
   (void)state;
   failing_alloc_loop(ignores, NULL, 1);
