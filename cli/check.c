@@ -9,8 +9,9 @@
 #include <string.h>
 
 /* Cost of one vertex and step, seconds, on a usual core: measured orders of magnitude, not promises. */
-#define CLOSED_FORM_SECONDS 90e-9
-#define GENERAL_SECONDS 450e-9
+#define EULER_SECONDS 65e-9
+#define VERLET_SECONDS 90e-9
+#define GENERAL_SECONDS 400e-9
 /* Doubles that a frame holds per vertex: the components of all fields. */
 #define HB_COUNT(name, components, location, unit, text) +components
 enum { FRAME_DOUBLES = 0 HB_FRAME_FIELDS(HB_COUNT) };
@@ -25,7 +26,6 @@ typedef struct range {
 typedef struct rod_summary {
   double mass;
   range bending, twisting;
-  double stable_step; /* largest step that an explicit scheme bears; infinite if nothing limits it */
 } rod_summary;
 
 /* What check finds out about the whole. */
@@ -42,58 +42,15 @@ static void widen(range *r, double value) {
   r->hi = fmax(r->hi, value);
 }
 
-/* Value of a support's angle at time t; 0 where none is given. */
-static double angle_at(const hb_model *m, int frame, double t) {
-  double vars[HB_VAR_COUNT] = {0};
-  const hb_formula *angle = m->frames[frame].def->angle;
-  vars[HB_VAR_T] = t;
-  return angle ? hb_formula_eval(angle, vars) : 0;
-}
-
-/* Largest twisting moment that the prescribed angles put into a span during the run: the twist over its
- * compliance. */
-static double span_moment(const hb_model *m, const hb_span *s) {
-  double most = 0;
-  if (s->first_frame < 0 || s->last_frame < 0 || !(s->compliance > 0)) return 0;
-  for (int k = 0; k <= 100; k++) {
-    double t = m->def->method.duration * k / 100;
-    double twist = angle_at(m, s->last_frame, t) - angle_at(m, s->first_frame, t) - s->natural_twist;
-    if (isfinite(twist)) most = fmax(most, fabs(twist) / s->compliance);
-  }
-  return most;
-}
-
 /* Larger principal value of the bending form of an edge. */
 static double stiff_side(const double *B) { return 0.5 * (B[0] + B[2]) + hypot(0.5 * (B[0] - B[2]), B[1]); }
 
 /* Smaller principal value. */
 static double soft_side(const double *B) { return 0.5 * (B[0] + B[2]) - hypot(0.5 * (B[0] - B[2]), B[1]); }
 
-/* Square of the highest frequency of a vertex: bending waves of the shortest length, 16 B/(rho A l^4), which
- * alone give the limit h <= l^2/2 sqrt(rho A/B); and the coupling of twist and bending, at most 2.6 M/(rho A
- * l^3). */
-static double highest_frequency2(const hb_model *m, int k, double moment) {
-  double l = 0.5 * m->voronoi[k], per_length = m->mass[k] / m->weight[k];
-  double B = fmax(stiff_side(&m->B[3 * k - 3]), stiff_side(&m->B[3 * k]));
-  return (16 * B / (l * l * l * l) + 2.6 * moment / (l * l * l)) / per_length;
-}
-
-/* Steps that damping bears: 2 over its rate, mass-proportional and from a linear wind. */
-static double damping_rate(const hb_model *m, const hb_rod *rod, int k) {
-  const hb_scene_def *def = m->def;
-  double rate = def->rods[rod->index].mass_damping;
-  for (int i = 0; i < def->force_count; i++) {
-    const hb_force_def *f = &def->forces[i];
-    if (f->kind == HB_FORCE_WIND && (f->rod < 0 || f->rod == rod->index))
-      rate += fmax(f->linear[0], f->linear[1]) * m->weight[k] / m->mass[k];
-  }
-  return rate;
-}
-
 /* Everything about one rod. */
 static rod_summary summarise_rod(const hb_model *m, const hb_rod *rod) {
-  rod_summary s = {
-      .bending = {HUGE_VAL, -HUGE_VAL}, .twisting = {HUGE_VAL, -HUGE_VAL}, .stable_step = HUGE_VAL};
+  rod_summary s = {.bending = {HUGE_VAL, -HUGE_VAL}, .twisting = {HUGE_VAL, -HUGE_VAL}};
   int last = rod->first + rod->nv - 1;
   for (int k = rod->first; k <= last; k++) s.mass += m->mass[k];
   for (int k = rod->first; k < last; k++) {
@@ -102,12 +59,8 @@ static rod_summary summarise_rod(const hb_model *m, const hb_rod *rod) {
   }
   for (int p = rod->first_span; p < rod->first_span + rod->span_count; p++) {
     const hb_span *span = &m->spans[p];
-    double moment = span_moment(m, span);
     for (int k = span->first_edge + 1; k <= span->last_edge; k++) {
-      double frequency = sqrt(highest_frequency2(m, k, moment)), rate = damping_rate(m, rod, k);
       widen(&s.twisting, m->beta[k]);
-      if (frequency > 0) s.stable_step = fmin(s.stable_step, 2 / frequency);
-      if (rate > 0) s.stable_step = fmin(s.stable_step, 2 / rate);
     }
   }
   return s;
@@ -124,10 +77,17 @@ static double length_mismatch(const hb_model *m, const hb_rod *rod) {
   return most;
 }
 
+/* Cost of one vertex and step of a rod. */
+static double vertex_seconds(const hb_scene_def *def, const hb_rod *rod) {
+  const char *integrator = def->method.integrator;
+  if (!rod->closed_form) return GENERAL_SECONDS;
+  return integrator && strcmp(integrator, "symplectic-euler") == 0 ? EULER_SECONDS : VERLET_SECONDS;
+}
+
 /* Everything about the scene; rods is to be freed by the caller. */
 static hb_status summarise(const hb_model *m, summary *s, hb_error *err) {
   const hb_scene_def *def = m->def;
-  *s = (summary){.stable_step = HUGE_VAL, .rods = hb_alloc((size_t)m->rod_count, sizeof *s->rods)};
+  *s = (summary){.rods = hb_alloc((size_t)m->rod_count, sizeof *s->rods)};
   if (!s->rods) return hb_fail_memory(err, "summary");
   s->steps = fmax(ceil(def->method.duration / def->method.time_step - 1e-9), 0);
   s->frames = 1 + ceil(s->steps / def->output.every);
@@ -136,12 +96,9 @@ static hb_status summarise(const hb_model *m, summary *s, hb_error *err) {
     const hb_rod *rod = &m->rods[r];
     s->rods[r] = summarise_rod(m, rod);
     s->length_mismatch = fmax(s->length_mismatch, length_mismatch(m, rod));
-    s->seconds += s->steps * rod->nv * (rod->closed_form ? CLOSED_FORM_SECONDS : GENERAL_SECONDS);
-    if (s->rods[r].stable_step < s->stable_step) {
-      s->stable_step = s->rods[r].stable_step;
-      s->stiffest = r;
-    }
+    s->seconds += s->steps * rod->nv * vertex_seconds(def, rod);
   }
+  s->stable_step = hb_model_stable_step(m, &s->stiffest);
   return HB_OK;
 }
 
@@ -241,15 +198,16 @@ static void print_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s
 static void print_step_limit(const hb_model *m, const summary *s) {
   double step = m->def->method.time_step;
   if (!isfinite(s->stable_step)) {
-    printf("stability  nothing limits the step\n");
+    printf("stability  no estimate: no bending, damping, load or motion from which to take one\n");
     return;
   }
   printf("stability  an explicit scheme bears steps up to about %.3g (rod %s)\n", s->stable_step,
          m->rods[s->stiffest].name);
   if (step > s->stable_step)
-    printf("warning    the step %g is above that: the run will most likely blow up; take at most %.2g, or "
-           "fewer vertices\n",
-           step, 0.8 * s->stable_step);
+    printf(
+        "warning    the step %g is above that: the run fails or, worse, survives with a wrong answer; take "
+        "at most %.2g, or fewer vertices\n",
+        step, 0.8 * s->stable_step);
 }
 
 /* The whole answer. */
@@ -267,7 +225,7 @@ static void print_text(const hb_model *m, const summary *s) {
   print_step_limit(m, s);
   printf("output     every %d steps: %.0f frames, about %s\n", def->output.every, s->frames,
          in_bytes(s->bytes, a));
-  printf("run time   about %s on one core\n", in_time(s->seconds, b));
+  printf("run time   about %s on one core, in order of magnitude\n", in_time(s->seconds, b));
   if (s->length_mismatch > 1e-9)
     printf("note       edges of the initial shape differ from their rest lengths by up to %.3g %%; the run "
            "begins by moving the "
@@ -315,7 +273,6 @@ static void json_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s)
   json_number("bending_max", s->bending.hi, ", ");
   json_number("twisting_min", s->twisting.lo, ", ");
   json_number("twisting_max", s->twisting.hi, ", ");
-  json_number("stable_step", s->stable_step, ", ");
   printf("\"supports\": %d}", m->def->rods[rod->index].support_count);
 }
 

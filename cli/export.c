@@ -124,7 +124,7 @@ const cli_verb cli_verb_export = {
     .name = "export",
     .summary = "a trajectory as csv tables or VTK files",
     .help =
-        "hebra export FILE --format csv,vtp [-o DIR] [--frames FIRST:LAST:STRIDE]\n"
+        "usage: hebra export FILE --format csv,vtp [-o DIR] [--frames FIRST:LAST:STRIDE]\n"
         "\n"
         "  --format LIST   csv: scalars.csv with one row per frame, and for each rod a table with one row "
         "per\n"

@@ -150,7 +150,7 @@ static int run(int argc, char **argv) {
 
 const cli_verb cli_verb_info = {.name = "info",
                                 .summary = "what a trajectory holds",
-                                .help = "hebra info FILE [--json]\n"
+                                .help = "usage: hebra info FILE [--json]\n"
                                         "\n"
                                         "Says what the trajectory FILE holds: title, rods, frames, all "
                                         "scalars at the first and the last frame,\n"

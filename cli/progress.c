@@ -15,7 +15,8 @@ static double wall(void) {
 
 /* Remembers where the run starts. */
 void cli_progress_begin(cli_progress *p, const hb_sim *sim, bool quiet) {
-  *p = (cli_progress){.quiet = quiet, .terminal = isatty(STDERR_FILENO) == 1, .started = wall(), .last_tenth = -1};
+  *p = (cli_progress){
+      .quiet = quiet, .terminal = isatty(STDERR_FILENO) == 1, .started = wall(), .last_tenth = -1};
   p->first_step = hb_sim_steps(sim);
   p->total_steps = hb_sim_total_steps(sim);
   p->duration = hb_sim_model(sim)->def->method.duration;
@@ -36,9 +37,11 @@ static void draw_bar(const cli_progress *p, const hb_frame *frame) {
   double left = rate > 0 ? (double)(p->total_steps - frame->step) / rate : 0;
   for (int k = 0; k < BAR_WIDTH; k++) bar[k] = k < (int)(part * BAR_WIDTH + 0.5) ? '=' : '.';
   bar[BAR_WIDTH] = 0;
-  fprintf(stderr, "\r[%s] %3.0f%%  t %.4g/%.4g  %.3g steps/s  energy %.6g  length error %.1e  %.0f s left \033[K", bar,
-          100 * part, frame->time, p->duration, rate, frame->kinetic + frame->bending + frame->twisting,
-          frame->length_error, left);
+  fprintf(stderr,
+          "\r[%s] %3.0f%%  t %.4g/%.4g  %.3g steps/s  energy %.5g (balance %.1e)  length %.1e  %.0f s left "
+          "\033[K",
+          bar, 100 * part, frame->time, p->duration, rate, frame->kinetic + frame->bending + frame->twisting,
+          frame->balance, frame->length_error, left);
   fflush(stderr);
 }
 
@@ -47,9 +50,11 @@ static void print_line(cli_progress *p, const hb_frame *frame) {
   int tenth = (int)(10 * part_done(p, frame));
   if (tenth == p->last_tenth) return;
   p->last_tenth = tenth;
-  fprintf(stderr, "%3.0f%%  t = %.6g of %.6g  step %ld  kinetic %.6g  bending %.6g  twisting %.6g  length error %.2e\n",
+  fprintf(stderr,
+          "%3.0f%%  t = %.6g of %.6g  step %ld  kinetic %.6g  bending %.6g  twisting %.6g  balance %.2e  "
+          "length error %.2e\n",
           100 * part_done(p, frame), frame->time, p->duration, frame->step, frame->kinetic, frame->bending,
-          frame->twisting, frame->length_error);
+          frame->twisting, frame->balance, frame->length_error);
 }
 
 /* At most ten times a second on a terminal. */

@@ -1,8 +1,9 @@
 /* hebra run: simulate a scene, or go on from a checkpoint. */
+#include "base/memory.h"
+#include "cli/advice.h"
 #include "cli/cli.h"
 #include "cli/progress.h"
 #include "cli/watch.h"
-#include "base/memory.h"
 #include "output/report.h"
 
 #include <errno.h>
@@ -15,6 +16,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
+#include <unistd.h>
 
 /* Steps between two looks at the signals. */
 #define SIGNAL_STEPS 64
@@ -43,18 +45,16 @@ typedef struct run {
   cli_progress progress;
   long frames;
   double last_checkpoint;
+  double largest_energy; /* in any frame so far */
 } run;
 
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, options *opt) {
-  static const struct option longs[] = {{"output", required_argument, NULL, 'o'},
-                                        {"set", required_argument, NULL, 's'},
-                                        {"restart", required_argument, NULL, 'r'},
-                                        {"watch", optional_argument, NULL, 'w'},
-                                        {"speed", required_argument, NULL, 'p'},
-                                        {"quiet", no_argument, NULL, 'q'},
-                                        {"json", no_argument, NULL, 'j'},
-                                        {NULL, 0, NULL, 0}};
+  static const struct option longs[] = {
+      {"output", required_argument, NULL, 'o'},  {"set", required_argument, NULL, 's'},
+      {"restart", required_argument, NULL, 'r'}, {"watch", optional_argument, NULL, 'w'},
+      {"speed", required_argument, NULL, 'p'},   {"quiet", no_argument, NULL, 'q'},
+      {"json", no_argument, NULL, 'j'},          {NULL, 0, NULL, 0}};
   *opt = (options){0};
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, ":o:q", longs, NULL)) != -1;) {
@@ -80,11 +80,17 @@ static int parse(int argc, char **argv, options *opt) {
     }
   }
   if (optind < argc) opt->scene = argv[optind++];
-  if (optind < argc) return cli_usage(&cli_verb_run, "\"%s\": only one scene can be run at a time", argv[optind]);
+  if (optind < argc)
+    return cli_usage(&cli_verb_run, "\"%s\": only one scene can be run at a time", argv[optind]);
   if (!opt->scene == !opt->restart)
     return cli_usage(&cli_verb_run, "give either a scene file or --restart with a checkpoint");
-  if (opt->restart && opt->override_count > 0)
-    return cli_usage(&cli_verb_run, "--restart goes on with the scene as it was; --set cannot change it");
+  for (int k = 0; opt->restart && k < opt->override_count; k++)
+    if (strncmp(opt->overrides[k], "method.duration=", strlen("method.duration=")) != 0)
+      return cli_usage(
+          &cli_verb_run,
+          "--restart goes on with the scene as it was; --set %s cannot change it, only method.duration can "
+          "be set to make the run longer",
+          opt->overrides[k]);
   return -1;
 }
 
@@ -93,9 +99,13 @@ static hb_status choose_directory(run *r, hb_error *err) {
   const char *source = r->opt.scene ? r->opt.scene : r->opt.restart;
   const char *slash = strrchr(source, '/'), *name = slash ? slash + 1 : source, *dot = strrchr(name, '.');
   int stem = dot && dot > name ? (int)(dot - name) : (int)strlen(name), length;
-  if (r->opt.directory) length = snprintf(r->directory, sizeof r->directory, "%s", r->opt.directory);
-  else if (r->opt.scene) length = snprintf(r->directory, sizeof r->directory, "out/%.*s", stem, name);
-  else length = snprintf(r->directory, sizeof r->directory, "%.*s", slash ? (int)(slash - source) : 1, slash ? source : ".");
+  if (r->opt.directory)
+    length = snprintf(r->directory, sizeof r->directory, "%s", r->opt.directory);
+  else if (r->opt.scene)
+    length = snprintf(r->directory, sizeof r->directory, "out/%.*s", stem, name);
+  else
+    length = snprintf(r->directory, sizeof r->directory, "%.*s", slash ? (int)(slash - source) : 1,
+                      slash ? source : ".");
   if (length >= (int)sizeof r->directory || length < 1)
     return hb_fail(err, HB_ERR_INPUT, "the name of the output directory is empty or too long");
   snprintf(r->trajectory, sizeof r->trajectory, "%s/trajectory.h5", r->directory);
@@ -133,25 +143,59 @@ static hb_status keep_base(run *r, hb_error *err) {
 
 /* Scene from its file, or from inside a checkpoint. */
 static hb_status read_scene(run *r, hb_error *err) {
-  if (r->opt.scene)
-    return hb_scene_read(r->opt.scene, r->opt.overrides, r->opt.override_count, &r->def, err);
+  if (r->opt.scene) return hb_scene_read(r->opt.scene, r->opt.overrides, r->opt.override_count, &r->def, err);
+  struct stat about;
+  if (stat(r->opt.restart, &about) == 0 && S_ISDIR(about.st_mode))
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: is a directory; --restart wants the checkpoint in it, %s/checkpoint.hbc",
+                   r->opt.restart, r->opt.restart);
   hb_status status = hb_checkpoint_read(r->opt.restart, &r->saved, err);
   if (status) return status;
   if (!r->saved.source)
     return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint holds no scene to go on with", r->opt.restart);
-  status = hb_scene_parse(r->saved.source, strlen(r->saved.source), r->opt.restart, r->saved.base_dir, NULL, 0, &r->def,
-                          err);
+  status = hb_scene_parse(r->saved.source, strlen(r->saved.source), r->opt.restart, r->saved.base_dir,
+                          r->opt.overrides, r->opt.override_count, &r->def, err);
   return status ? status : keep_base(r, err);
 }
 
 /* Sentences that a user should see before the run. */
 static void say_notes(const run *r) {
   double moved = hb_sim_initial_correction(r->sim);
+  char text[HB_REPORT_SENTENCE];
   if (r->opt.quiet) return;
   fprintf(stderr, "%s\n", r->def.title ? r->def.title : "untitled scene");
+  if (hb_report_step_warning(r->model, text)) fprintf(stderr, "warning: %s\n", text);
   for (int k = 0; k < r->model->note_count; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
   if (moved > 1e-6 * r->model->rods[0].length)
-    fprintf(stderr, "note: the initial shape was moved by up to %.3g so that every edge has its rest length\n", moved);
+    fprintf(stderr,
+            "note: the initial shape was moved by up to %.3g so that every edge has its rest length\n",
+            moved);
+}
+
+/* Puts the saved state back; the run may have been made longer, but not shorter than it is. */
+static hb_status restore(run *r, hb_error *err) {
+  hb_status status = hb_sim_restore(r->sim, r->saved.block, r->saved.count, err);
+  if (status) return status;
+  long done = hb_sim_steps(r->sim), total = hb_sim_total_steps(r->sim),
+       regular = 1 + done / r->def.output.every;
+  if (r->opt.override_count > 0 && total < done)
+    return hb_fail(err, HB_ERR_INPUT, "%s: the run is at t = %.9g already, so method.duration cannot be %.9g",
+                   r->opt.restart, hb_sim_time(r->sim), r->def.method.duration);
+  if (access(r->trajectory, F_OK) != 0)
+    return hb_fail(err, HB_ERR_INPUT,
+                   "%s: is not there; to go on, the output directory must hold the trajectory of the "
+                   "run that wrote the checkpoint",
+                   r->trajectory);
+  r->frames = r->saved.frames;
+  /* The last frame of a finished run may lie between the regular ones; a longer run would not have it. */
+  if (total > done && r->frames > regular) r->frames = regular;
+  return HB_OK;
+}
+
+/* Keeps the largest energy that a frame has shown. */
+static void note_energy(run *r) {
+  double energy = r->frame->kinetic + r->frame->bending + r->frame->twisting;
+  if (energy > r->largest_energy) r->largest_energy = energy;
 }
 
 /* Model, simulation, files. Nothing is written before the scene has proved sound. */
@@ -164,15 +208,16 @@ static hb_status prepare(run *r, hb_error *err) {
   if (!status) status = hb_frame_create(r->model, &r->frame, err);
   if (status) return status;
   hb_sim_measure(r->sim, r->start);
-  if (r->opt.restart) status = hb_sim_restore(r->sim, r->saved.block, r->saved.count, err);
+  if (r->opt.restart) status = restore(r, err);
   if (!status) status = make_directory(r->directory, err);
   if (status) return status;
-  long steps = hb_sim_total_steps(r->sim), every = r->def.output.every, planned = 1 + (steps + every - 1) / every;
+  long steps = hb_sim_total_steps(r->sim), every = r->def.output.every,
+       planned = 1 + (steps + every - 1) / every;
   hb_sim_measure(r->sim, r->frame);
+  note_energy(r);
   hb_sim_time_stages(r->sim, TIMED_STEPS);
   if (r->opt.restart) {
-    r->frames = r->saved.frames;
-    status = hb_writer_continue(r->trajectory, r->model, planned, r->saved.frames, &r->writer, err);
+    status = hb_writer_continue(r->trajectory, r->model, planned, r->frames, &r->writer, err);
   } else {
     status = hb_writer_create(r->trajectory, r->model, planned, &r->writer, err);
     if (!status) status = hb_writer_add(r->writer, r->frame, err);
@@ -205,7 +250,8 @@ static void drain_signals(const sigset_t *old) {
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
-  while (sigtimedwait(&set, NULL, &none) > 0) {}
+  while (sigtimedwait(&set, NULL, &none) > 0) {
+  }
   sigprocmask(SIG_SETMASK, old, NULL);
 }
 
@@ -215,6 +261,7 @@ static hb_status give_frame(run *r, bool force_checkpoint, hb_error *err) {
   hb_status status = hb_writer_add(r->writer, r->frame, err);
   if (status) return status;
   r->frames++;
+  note_energy(r);
   cli_progress_show(&r->progress, r->frame);
   if (r->watch) cli_watch_show(r->watch, r->frame);
   double now = cli_progress_seconds(&r->progress);
@@ -256,14 +303,18 @@ static void print_file(const char *path) {
 /* Report, closing lines, exit status. */
 static int finish(run *r, hb_status status, hb_error *err) {
   struct rusage usage;
+  char text[HB_REPORT_SENTENCE];
   hb_error later = {HB_OK, ""};
   getrusage(RUSAGE_SELF, &usage);
   cli_progress_end(&r->progress, r->frame);
   hb_status closing = hb_writer_close(r->writer, &later);
   r->writer = NULL;
-  hb_status reporting = hb_report_write(r->report, r->sim, r->start, r->frame, cli_progress_seconds(&r->progress),
-                                        (size_t)usage.ru_maxrss * 1024, status ? err->text : "finished",
-                                        closing ? NULL : &later);
+  hb_report_facts facts = {.wall_seconds = cli_progress_seconds(&r->progress),
+                           .peak_bytes = (size_t)usage.ru_maxrss * 1024,
+                           .stop_reason = status ? err->text : "finished",
+                           .largest_energy = r->largest_energy};
+  hb_status reporting =
+      hb_report_write(r->report, r->sim, r->start, r->frame, &facts, closing ? NULL : &later);
   if (!status && (closing || reporting)) {
     status = later.status;
     *err = later;
@@ -272,10 +323,14 @@ static int finish(run *r, hb_status status, hb_error *err) {
   if (!r->opt.quiet)
     fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
             cli_progress_seconds(&r->progress));
+  if (!r->opt.quiet && hb_report_books_warning(r->model, r->start, r->frame, r->largest_energy, text))
+    fprintf(stderr, "warning: %s\n", text);
   if (!status) return CLI_DONE;
-  if (status == HB_ERR_NUMERIC)
-    fprintf(stderr, "hebra run: the run went wrong; the last good frame is at t = %.9g in %s\n", r->frame->time,
-            r->trajectory);
+  if (status == HB_ERR_NUMERIC) {
+    cli_advice(r->sim);
+    fprintf(stderr, "hebra run: the run went wrong; the last good frame is at t = %.9g in %s\n",
+            r->frame->time, r->trajectory);
+  }
   return cli_fail("run", err);
 }
 
@@ -317,18 +372,21 @@ static int run_verb(int argc, char **argv) {
 
 const cli_verb cli_verb_run = {
     "run", "simulate a scene",
-    "usage: hebra run SCENE [-o DIR] [--set KEY=VALUE ...] [--watch[=terminal|window] [--speed X]] [--quiet] [--json]\n"
-    "       hebra run --restart DIR/checkpoint.hbc [-o DIR]\n"
+    "usage: hebra run SCENE [-o DIR] [--set KEY=VALUE ...] [--watch[=terminal|window] [--speed X]] [--quiet] "
+    "[--json]\n"
+    "       hebra run --restart DIR/checkpoint.hbc [-o DIR] [--set method.duration=T]\n"
     "\n"
     "Simulates a scene file and leaves in DIR (default: out/NAME of the scene)\n"
     "  trajectory.h5    every frame, for hebra render, plot, export, for ParaView and Python\n"
     "  checkpoint.hbc   the last state, for --restart\n"
-    "  report.json      parameters, energies and their balance, momentum, length error, twist, timings, memory\n"
+    "  report.json      parameters, energies and their balance, momentum, length error, twist, timings, "
+    "memory\n"
     "\n"
     "  -o, --output DIR      where the results go\n"
     "  --set KEY=VALUE       change or add a key of the scene, e.g. --set method.time_step=1e-4\n"
     "                        or --set rods.rope.bending=2 (may be given up to 64 times)\n"
-    "  --restart FILE        go on from a checkpoint; the result is the same to the last bit\n"
+    "  --restart FILE        go on from a checkpoint; the result is the same to the last bit. With\n"
+    "                        --set method.duration=T the run becomes longer, also one that was finished\n"
     "  --watch[=MODE]        draw the three views while it runs: terminal (default) or window\n"
     "  --speed X             with --watch: simulated seconds per second of watching\n"
     "  -q, --quiet           no progress, no notes\n"

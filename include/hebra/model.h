@@ -208,6 +208,11 @@ typedef struct hb_model {
 hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err);
 void hb_model_free(hb_model *model);
 
+/* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist, tension
+ * from the loads and speeds at the start, viscosity, damping. rod: gets the rod that limits it, NULL allowed. INFINITY
+ * if nothing limits it: without bending, damping, loads and motion there is no estimate. */
+double hb_model_stable_step(const hb_model *model, int *rod);
+
 #ifdef __cplusplus
 }
 #endif

@@ -42,22 +42,22 @@ typedef enum hb_location { HB_ON_VERTEX, HB_ON_EDGE } hb_location;
 #define HB_FRAME_FIELDS(F)                                                                                     \
   F(position, 3, HB_ON_VERTEX, "length", "vertex positions")                                                   \
   F(velocity, 3, HB_ON_VERTEX, "length/time", "vertex velocities")                                             \
-  F(tangent, 3, HB_ON_EDGE, "1", "unit tangent t^j")                                                           \
+  F(tangent, 3, HB_ON_EDGE, "1", "unit tangent, towards the next vertex")                                      \
   F(m1, 3, HB_ON_EDGE, "1", "first material director")                                                         \
-  F(m2, 3, HB_ON_EDGE, "1", "second material director, t x m1")                                                \
-  F(bishop_u, 3, HB_ON_EDGE, "1", "Bishop frame, equal to m1 on each rod's first edge when theta^0 = 0")        \
-  F(bishop_v, 3, HB_ON_EDGE, "1", "t x u")                                                                     \
+  F(m2, 3, HB_ON_EDGE, "1", "second material director, tangent x m1")                                          \
+  F(bishop_u, 3, HB_ON_EDGE, "1", "first director of the twist-free (Bishop) frame; theta counts from it")     \
+  F(bishop_v, 3, HB_ON_EDGE, "1", "second director of the twist-free frame, tangent x bishop_u")               \
   F(theta, 1, HB_ON_EDGE, "rad", "material angle against the Bishop frame, windings counted")                  \
-  F(curvature_binormal, 3, HB_ON_VERTEX, "1", "(kappa b)_i, integrated, 0 at end vertices")                    \
-  F(curvature, 1, HB_ON_VERTEX, "1/length", "|kappa b|/(l_i/2)")                                               \
-  F(omega, 4, HB_ON_VERTEX, "1", "material curvatures omega_i^{i-1} (2) and omega_i^i (2), integrated")        \
-  F(twist, 1, HB_ON_VERTEX, "rad", "twist m_i, integrated")                                                    \
-  F(twist_density, 1, HB_ON_VERTEX, "rad/length", "m_i/(l_i/2)")                                               \
+  F(curvature_binormal, 3, HB_ON_VERTEX, "1", "normal of the bend's plane, size 2 tan(bend/2); 0 at ends")     \
+  F(curvature, 1, HB_ON_VERTEX, "1/length", "size of the binormal over the vertex's length")                   \
+  F(omega, 4, HB_ON_VERTEX, "1", "binormal along m2, -m1 of the edge before (2) and behind (2)")               \
+  F(twist, 1, HB_ON_VERTEX, "rad", "twist between the two edges of the vertex")                                \
+  F(twist_density, 1, HB_ON_VERTEX, "rad/length", "twist over the vertex's length")                            \
   F(energy_bending, 1, HB_ON_VERTEX, "energy", "bending energy of the vertex")                                 \
   F(energy_twisting, 1, HB_ON_VERTEX, "energy", "twisting energy of the vertex")                               \
   F(energy_kinetic, 1, HB_ON_VERTEX, "energy", "kinetic energy of the vertex")                                 \
   F(tension, 1, HB_ON_EDGE, "force", "axial force, positive in tension")                                       \
-  F(twisting_moment, 1, HB_ON_VERTEX, "force*length", "M_i = 2 beta_i (m_i - rest)/l_i")                       \
+  F(twisting_moment, 1, HB_ON_VERTEX, "force*length", "modulus times twist density beyond the rest")           \
   F(reaction, 3, HB_ON_VERTEX, "force", "force of a support on a prescribed vertex")                           \
   F(torque, 1, HB_ON_EDGE, "force*length", "torque about the tangent of a support on a prescribed frame")
 

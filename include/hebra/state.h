@@ -26,6 +26,7 @@ enum {
   HB_S_FOLDS,         /* number of times that two edges folded back onto each other (an integer) */
   HB_S_FOLD_SLOT,     /* last vertex slot where that happened, -1: none */
   HB_S_FALLBACKS,     /* steps of a rod whose lengths needed the moving gradient in a scheme that uses the old one */
+  HB_S_SADDLES,       /* times that the twist was led off a saddle of its energy */
   HB_S_COUNT
 };
 

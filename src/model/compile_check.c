@@ -83,24 +83,31 @@ static hb_status check_forms(const hb_scene_def *def, const hb_rod_def *r, hb_er
     double b11 = r->B[3 * j], b12 = r->B[3 * j + 1], b22 = r->B[3 * j + 2];
     if (b11 < 0 || b22 < 0 || b12 * b12 > b11 * b22 * (1 + 1e-12))
       return hb_compile_fail(def, r->line, r->column, err,
-                             "rod %s: the bending form of edge %d, ((%g, %g), (%g, %g)), is not positive definite",
+                             "rod %s: the bending form of edge %d, ((%g, %g), (%g, %g)), is not positive semi-definite",
                              r->name ? r->name : "?", j, b11, b12, b12, b22);
   }
   return HB_OK;
 }
 
-/* The rest shape must not fold back: its curvature would be infinite. */
-static hb_status check_rest_folds(const hb_scene_def *def, const hb_rod_def *r, hb_error *err) {
-  const double *shape = r->lengths_from_initial && r->straight_rest ? NULL : r->rest;
-  for (int i = 1; shape && !r->straight_rest && i + 1 < r->nv; i++) {
-    hb_v3 a = hb_v3_unit(hb_v3_sub(hb_v3_load(shape + 3 * i), hb_v3_load(shape + 3 * i - 3)));
-    hb_v3 b = hb_v3_unit(hb_v3_sub(hb_v3_load(shape + 3 * i + 3), hb_v3_load(shape + 3 * i)));
-    if (!(1 + hb_v3_dot(a, b) > HB_FOLD_LIMIT))
-      return hb_compile_fail(def, r->line, r->column, err,
-                             "rod %s: the rest shape folds back onto itself at vertex %d; its curvature there is infinite",
-                             r->name ? r->name : "?", i);
+/* Vertex where a polyline folds back onto itself, or -1. */
+static int find_fold(const double *x, int nv) {
+  for (int i = 1; i + 1 < nv; i++) {
+    hb_v3 a = hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * i), hb_v3_load(x + 3 * i - 3)));
+    hb_v3 b = hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * i + 3), hb_v3_load(x + 3 * i)));
+    if (!(1 + hb_v3_dot(a, b) > HB_FOLD_LIMIT)) return i;
   }
-  return HB_OK;
+  return -1;
+}
+
+/* Curvature is infinite at a fold: no rest shape may have one, and no initial shape of a rod that resists bending. */
+static hb_status check_folds(const hb_scene_def *def, const hb_rod_def *r, hb_error *err) {
+  bool stiff = false;
+  for (int k = 0; k < 3 * (r->nv - 1); k++) stiff = stiff || r->B[k] != 0;
+  int rest = r->straight_rest ? -1 : find_fold(r->rest, r->nv), initial = stiff ? find_fold(r->initial, r->nv) : -1;
+  if (rest < 0 && initial < 0) return HB_OK;
+  return hb_compile_fail(def, r->line, r->column, err,
+                         "rod %s: the %s shape folds back onto itself at vertex %d; its curvature there is infinite",
+                         r->name ? r->name : "?", rest >= 0 ? "rest" : "initial", rest >= 0 ? rest : initial);
 }
 
 /* All rules of one rod. */
@@ -129,6 +136,6 @@ hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err) 
   if (!status) status = check_edges(def, r, "rest", r->rest, err);
   if (!status) status = check_edges(def, r, "initial", r->initial, err);
   if (!status) status = check_forms(def, r, err);
-  if (!status) status = check_rest_folds(def, r, err);
+  if (!status) status = check_folds(def, r, err);
   return status;
 }

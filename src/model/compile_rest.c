@@ -3,8 +3,17 @@
 
 #include "math/rotation.h"
 
-/* Rest curvatures below this are the round-off of a straight line. */
-#define STRAIGHT_LIMIT 1e-12
+#include <float.h>
+
+/* Rest curvatures below this are the round-off of a straight line: of its direction, and of coordinates that are big
+ * against the edges. */
+static double straight_limit(const hb_rod_def *def) {
+  double biggest = 0, shortest = HUGE_VAL;
+  for (int k = 0; k < 3 * def->nv; k++) biggest = fmax(biggest, fabs(def->rest[k]));
+  for (int j = 0; j + 1 < def->nv; j++)
+    shortest = fmin(shortest, hb_v3_norm(hb_v3_sub(hb_v3_load(def->rest + 3 * j + 3), hb_v3_load(def->rest + 3 * j))));
+  return 1e-12 + 8 * DBL_EPSILON * biggest / shortest;
+}
 
 /* Unit tangent of edge j of a polyline. */
 static hb_v3 tangent_of(const double *x, int j) {
@@ -107,11 +116,11 @@ void hb_compile_rest(hb_model *m, int r) {
   const hb_rod_def *def = &m->def->rods[r];
   hb_rod *rod = &m->rods[r];
   compile_lengths(m, def, rod);
-  double largest = compile_curvature(m, def, rod);
-  if (largest < STRAIGHT_LIMIT)
+  bool straight = compile_curvature(m, def, rod) < straight_limit(def);
+  if (straight)
     for (int k = 4 * rod->first; k < 4 * (rod->first + rod->nv); k++) m->rest_omega[k] = 0;
   compile_stiffness(m, def, rod);
-  rod->closed_form = isotropic(def) && largest < STRAIGHT_LIMIT && !def->viscosity;
+  rod->closed_form = isotropic(def) && straight && !def->viscosity;
   hb_v3 t_rest = tangent_of(def->rest, 0), t0 = tangent_of(def->initial, 0), given = hb_v3_load(def->first_director);
   hb_v3 u0 = hb_v3_norm(given) > 0 ? hb_project_normal(given, t0)
                                    : hb_transport(first_rest_director(def, t_rest), t_rest, t0);

@@ -5,9 +5,10 @@
 #include "math/rotation.h"
 
 /* Where support k of rod r stands: sentence prefix for messages. */
-static hb_status support_fail(const hb_model *m, int r, const hb_support_def *s, hb_error *err, const char *what) {
-  return hb_compile_fail(m->def, s->line, s->column, err, "rod %s: support at index %d: %s", m->rods[r].name, s->index,
-                         what);
+static hb_status support_fail(const hb_model *m, int r, const hb_support_def *s, hb_error *err,
+                              const char *what) {
+  return hb_compile_fail(m->def, s->line, s->column, err, "rod %s: support at index %d: %s", m->rods[r].name,
+                         s->index, what);
 }
 
 /* Slot of the support's vertex or edge; negative indices count from the end. */
@@ -15,8 +16,9 @@ static hb_status resolve(const hb_model *m, int r, const hb_support_def *s, int 
   int n = s->kind == HB_SUPPORT_POSITION ? m->rods[r].nv : m->rods[r].nv - 1;
   int index = s->index < 0 ? s->index + n : s->index;
   if (index < 0 || index >= n)
-    return hb_compile_fail(m->def, s->line, s->column, err, "rod %s: there is no %s %d; they count from 0 to %d",
-                           m->rods[r].name, s->kind == HB_SUPPORT_POSITION ? "vertex" : "edge", s->index, n - 1);
+    return hb_compile_fail(m->def, s->line, s->column, err,
+                           "rod %s: there is no %s %d; they count from 0 to %d", m->rods[r].name,
+                           s->kind == HB_SUPPORT_POSITION ? "vertex" : "edge", s->index, n - 1);
   *slot = m->rods[r].first + index;
   return HB_OK;
 }
@@ -41,7 +43,8 @@ static hb_status add_position(hb_model *m, int r, const hb_support_def *s, hb_er
   }
   for (int c = 0; c < 3; c++) {
     if (!p->fixed[c]) continue;
-    if (m->inv_mass[3 * p->slot + c] == 0) return support_fail(m, r, s, err, "this coordinate is prescribed twice");
+    if (m->inv_mass[3 * p->slot + c] == 0)
+      return support_fail(m, r, s, err, "this coordinate is prescribed twice");
     m->inv_mass[3 * p->slot + c] = 0;
     if (s->value[c]) x[c] = value_at_start(s->value[c], p->initial);
     if (!isfinite(x[c])) return support_fail(m, r, s, err, "the prescribed position at time 0 is not finite");
@@ -64,13 +67,16 @@ static hb_status add_tangent(hb_model *m, int r, const hb_support_def *s, hb_err
   if (!s->held)
     direction = (hb_v3){value_at_start(s->value[0], place), value_at_start(s->value[1], place),
                         value_at_start(s->value[2], place)};
-  if (!(hb_v3_norm(direction) > 0)) return support_fail(m, r, s, err, "the prescribed tangent at time 0 is zero");
+  if (!(hb_v3_norm(direction) > 0))
+    return support_fail(m, r, s, err, "the prescribed tangent at time 0 is zero");
   direction = hb_v3_unit(direction);
   hb_v3_store(p->initial, direction);
   for (int c = 0; c < 3; c++) {
     if (m->inv_mass[3 * p->base + c] != 0)
-      return support_fail(m, r, s, err, "a prescribed tangent needs its base vertex prescribed in x, y and z");
-    if (m->inv_mass[3 * p->slot + c] == 0) return support_fail(m, r, s, err, "this vertex is prescribed twice");
+      return support_fail(m, r, s, err,
+                          "a prescribed tangent needs its base vertex prescribed in x, y and z");
+    if (m->inv_mass[3 * p->slot + c] == 0)
+      return support_fail(m, r, s, err, "this vertex is prescribed twice");
     m->inv_mass[3 * p->slot + c] = 0;
     p->fixed[c] = true;
   }
@@ -100,7 +106,11 @@ static hb_status add_frame(hb_model *m, int r, const hb_support_def *s, hb_error
 /* One span from edge slot a to b; panels if it can carry twist in closed form. */
 static void add_span(hb_model *m, hb_rod *rod, int a, int b, int frame_a, int frame_b) {
   hb_span *s = &m->spans[m->span_count++];
-  *s = (hb_span){.rod = rod->index, .first_edge = a, .last_edge = b, .first_frame = frame_a, .last_frame = frame_b,
+  *s = (hb_span){.rod = rod->index,
+                 .first_edge = a,
+                 .last_edge = b,
+                 .first_frame = frame_a,
+                 .last_frame = frame_b,
                  .first_panel = m->panel_count};
   bool carries = rod->closed_form && frame_a >= 0 && frame_b >= 0;
   for (int i = a + 1; i <= b; i++) {
@@ -137,6 +147,15 @@ static bool pinned(const hb_model *m, int slot) {
   return m->inv_mass[3 * slot] == 0 && m->inv_mass[3 * slot + 1] == 0 && m->inv_mass[3 * slot + 2] == 0;
 }
 
+/* True if the initial shape is longer between two vertices than the rest shape: taking its lengths would
+ * help. */
+static bool initial_is_longer(const hb_model *m, const hb_rod *rod, int a, int b) {
+  const double *x = m->def->rods[rod->index].initial + 3 * (a - rod->first);
+  double length = 0;
+  for (int k = a; k < b; k++, x += 3) length += hb_v3_norm(hb_v3_sub(hb_v3_load(x + 3), hb_v3_load(x)));
+  return length > m->arc[b] - m->arc[a];
+}
+
 /* The rod between neighbouring pinned vertices a and b must reach. */
 static hb_status check_reach(hb_model *m, const hb_rod *rod, int a, int b, hb_error *err) {
   double length = m->arc[b] - m->arc[a];
@@ -145,20 +164,26 @@ static hb_status check_reach(hb_model *m, const hb_rod *rod, int a, int b, hb_er
   int i = a - rod->first, k = b - rod->first;
   const hb_rod_def *def = &m->def->rods[rod->index];
   if (b == a + 1 && fabs(distance - length) > 1e-7 * length)
-    return hb_compile_fail(m->def, def->line, def->column, err,
-                           "rod %s: vertices %d and %d are both prescribed, %.9g apart, but edge %d is %.9g long",
-                           rod->name, i, k, distance, i, length);
+    return hb_compile_fail(
+        m->def, def->line, def->column, err,
+        "rod %s: vertices %d and %d are both prescribed, %.9g apart, but edge %d is %.9g long", rod->name, i,
+        k, distance, i, length);
   if (distance > length + slack)
-    return hb_compile_fail(m->def, def->line, def->column, err,
-                           "rod %s: vertices %d and %d are prescribed %.9g apart, but the rod between them is only "
-                           "%.9g long",
-                           rod->name, i, k, distance, length);
+    return hb_compile_fail(
+        m->def, def->line, def->column, err,
+        "rod %s: vertices %d and %d are prescribed %.9g apart, but the rod between them is only "
+        "%.9g long%s",
+        rod->name, i, k, distance, length,
+        initial_is_longer(m, rod, a, b) ? "; if the lengths of the initial shape are meant instead of "
+                                          "those of the rest shape, set lengths: initial"
+                                        : "");
   if (b > a + 1 && distance > length - slack)
-    return hb_compile_note(m, err,
-                           "rod %s: the constraints leave no room: vertices %d and %d are prescribed as far apart as the "
-                           "rod between them is long (%.9g), so an inextensible rod can only lie straight and still "
-                           "there; what moves is what the length tolerance lets stretch",
-                           rod->name, i, k, length);
+    return hb_compile_note(
+        m, err,
+        "rod %s: the constraints leave no room: vertices %d and %d are prescribed as far apart as the "
+        "rod between them is long (%.9g), so an inextensible rod can only lie straight and still "
+        "there; what moves is what the length tolerance lets stretch",
+        rod->name, i, k, length);
   return HB_OK;
 }
 

@@ -4,6 +4,8 @@
 #include "output/json.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
 
 /* What was run. */
 static void scene(hb_json *json, const hb_model *model) {
@@ -141,12 +143,63 @@ static int rod_at(const hb_model *model, double slot) {
   return -1;
 }
 
+/* The step against its limit. */
+bool hb_report_step_warning(const hb_model *model, char text[HB_REPORT_SENTENCE]) {
+  int rod = 0;
+  double step = model->def->method.time_step, limit = hb_model_stable_step(model, &rod);
+  text[0] = 0;
+  if (!(step > limit)) return false;
+  snprintf(
+      text, HB_REPORT_SENTENCE,
+      "the time step %.6g is above %.3g, the largest that the scheme bears (rod %.60s): the run fails or, "
+      "worse, survives with a wrong answer; take at most %.2g, or fewer vertices",
+      step, limit, model->rods[rod].name ? model->rods[rod].name : "", 0.8 * limit);
+  return true;
+}
+
+/* An energy far below all that could matter in the model: what is smaller than this is round-off. */
+static double negligible_energy(const hb_model *model) {
+  double sum = 0, duration = model->def->method.duration;
+  for (int r = 0; r < model->rod_count; r++) {
+    const hb_rod *rod = &model->rods[r];
+    double mass = 0, stiffness = 0, speed = duration > 0 ? rod->length / duration : 0;
+    for (int k = rod->first; k < rod->first + rod->nv; k++) {
+      mass += model->mass[k];
+      stiffness = fmax(stiffness, fmax(model->B[3 * k], model->B[3 * k + 2]));
+    }
+    sum += mass * speed * speed + stiffness / rod->length;
+  }
+  return 1e-9 * sum;
+}
+
+/* The books of energy. */
+bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const hb_frame *end,
+                             double largest_energy, char text[HB_REPORT_SENTENCE]) {
+  const char *integrator = model->def->method.integrator;
+  double allowed = integrator && strcmp(integrator, "symplectic-euler") == 0 ? 0.2 : 0.05;
+  double before = start->kinetic + start->bending + start->twisting;
+  double after = end->kinetic + end->bending + end->twisting;
+  double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
+  scale = fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
+  text[0] = 0;
+  if (fabs(end->balance) <= allowed * scale) return false;
+  snprintf(
+      text, HB_REPORT_SENTENCE,
+      "the books of energy do not close: %.3g is missing or too much, %.2g %% of the largest energy or work "
+      "(%.3g); the result is not to be trusted, a smaller time step is the cure",
+      end->balance, 100 * fabs(end->balance) / scale, scale);
+  return true;
+}
+
 /* Things that a person should know of. */
-static void warnings(hb_json *json, const hb_sim *sim) {
+static void warnings(hb_json *json, const hb_sim *sim, const hb_frame *start, const hb_frame *end,
+                     double largest_energy) {
   const hb_model *model = hb_sim_model(sim);
   const double *scalar = hb_sim_const_state(sim)->scalar;
-  char text[256];
+  char text[HB_REPORT_SENTENCE];
   hb_json_array(json, "warnings");
+  if (hb_report_step_warning(model, text)) hb_json_text(json, NULL, text);
+  if (hb_report_books_warning(model, start, end, largest_energy, text)) hb_json_text(json, NULL, text);
   for (int k = 0; k < model->note_count; k++) hb_json_text(json, NULL, model->notes[k]);
   if (scalar[HB_S_FOLDS] > 0) {
     int rod = rod_at(model, scalar[HB_S_FOLD_SLOT]);
@@ -164,7 +217,7 @@ static void warnings(hb_json *json, const hb_sim *sim) {
 
 /* The whole report. */
 hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *start, const hb_frame *end,
-                          double wall_seconds, size_t peak_bytes, const char *stop_reason, hb_error *err) {
+                          const hb_report_facts *facts, hb_error *err) {
   hb_file file;
   hb_json json;
   hb_status status = hb_file_begin(path, &file, err);
@@ -172,11 +225,11 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   const hb_model *model = hb_sim_model(sim);
   hb_json_begin(&json, file.stream);
   scene(&json, model);
-  outcome(&json, sim, wall_seconds, stop_reason);
+  outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end);
   rods(&json, model, end);
-  cost(&json, sim, wall_seconds, peak_bytes);
-  warnings(&json, sim);
+  cost(&json, sim, facts->wall_seconds, facts->peak_bytes);
+  warnings(&json, sim, start, end, facts->largest_energy);
   hb_json_text(&json, "source", model->def->source);
   hb_json_end(&json);
   return hb_file_end(&file, true, false, err);

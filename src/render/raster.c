@@ -4,6 +4,7 @@
 #include "base/memory.h"
 
 #include <limits.h>
+#include <stdlib.h>
 
 /* Halo of a tube in front: this many radii, and at most this many pixels, beyond its edge. */
 #define HALO_RADII 0.45
@@ -110,6 +111,15 @@ static bool sort_tiles(hb_pieces *all, const hb_lens *lens) {
   return true;
 }
 
+/* Order of two pieces: the one nearer to the eye first, so that it hides the others before they are worked
+ * on.
+ */
+static int compare_front(const void *a, const void *b) {
+  const hb_piece *p = a, *q = b;
+  if (p->front < q->front || p->front > q->front) return p->front < q->front ? -1 : 1;
+  return (p->node > q->node) - (p->node < q->node);
+}
+
 /* Pieces of all strands, and the tiles that they touch. */
 hb_status hb_pieces_make(const hb_strands *s, const hb_lens *lens, hb_pieces *out, hb_error *err) {
   *out =
@@ -118,6 +128,7 @@ hb_status hb_pieces_make(const hb_strands *s, const hb_lens *lens, hb_pieces *ou
   if (!out->piece) return hb_fail_memory(err, "pieces of a picture");
   for (int i = 0; i + 1 < s->count; i++)
     if (!s->node[i].last && prepare(s, i, lens, &out->piece[out->count])) out->count++;
+  if (out->count > 1) qsort(out->piece, (size_t)out->count, sizeof *out->piece, compare_front);
   if (sort_tiles(out, lens)) return HB_OK;
   hb_pieces_free(out);
   return hb_fail_memory(err, "tiles of a picture");
@@ -226,11 +237,13 @@ static inline void test_halo(const brush *b, int k, const hb_piece *p, double x,
 /* Keeps the hit at pixel coordinates x, y if it is the nearest one. */
 static inline void test_hit(const brush *b, int k, int index, double x, double y) {
   const hb_piece *p = &b->all->piece[index];
-  if (b->tile->depth[k] <= p->front) return;
   hb_v3 origin, ray;
   hb_lens_ray(b->lens, x, y, &origin, &ray);
   double t = hit_piece(p, origin, ray);
-  if (t >= b->tile->depth[k]) return;
+  if (!(t < b->tile->depth[k])) { /* neighbours share a ball: the first one along the tube has it */
+    if (t > b->tile->depth[k] || !(t < HUGE_VAL)) return;
+    if (b->all->piece[b->tile->piece[k]].node < p->node) return;
+  }
   b->tile->depth[k] = t;
   b->tile->piece[k] = index;
 }
@@ -243,6 +256,7 @@ static void draw_row(const brush *b, int index, int j, const int range[2]) {
   for (int i = first; i < range[1]; i += step) {
     bool even = !(i & 1 || j & 1);
     if (even ? b->pass == FINE : !busy[i / HB_FINE]) continue;
+    if (b->pass != HALO && b->tile->depth[j * HB_TILE_SIDE + i] <= p->front) continue;
     double x = b->corner[0] + i / HB_FINE + hb_sample_x(i % HB_FINE, j % HB_FINE);
     double y = b->corner[1] + j / HB_FINE + hb_sample_y(i % HB_FINE, j % HB_FINE);
     if (b->pass == HALO)
@@ -307,9 +321,28 @@ static double deepest(const hb_tile *tile) {
   return depth;
 }
 
-/* All pieces of the tile. */
+/* The farthest depth that a sample of the pass can still be nearer than; HUGE_VAL while one has met nothing.
+ */
+static double farthest(const brush *b) {
+  double depth = -HUGE_VAL;
+  int step = b->pass == COARSE ? 2 : 1;
+  for (int j = 0; j < HB_TILE_SIDE; j += step)
+    for (int i = 0; i < HB_TILE_SIDE; i += step) {
+      if ((i & 1 || j & 1) && !b->tile->busy[j / HB_FINE * HB_TILE + i / HB_FINE]) continue;
+      depth = fmax(depth, b->tile->depth[j * HB_TILE_SIDE + i]);
+      if (depth >= HUGE_VAL) return depth;
+    }
+  return depth;
+}
+
+/* The pieces of the tile, the nearest first, until everything is hidden. */
 static void draw_pieces(const brush *b, int tile) {
-  for (int n = b->all->start[tile]; n < b->all->start[tile + 1]; n++) draw_piece(b, b->all->item[n]);
+  enum { OFTEN = 32 };
+  const hb_pieces *all = b->all;
+  for (int n = all->start[tile], done = 0; n < all->start[tile + 1]; n++, done++) {
+    if (done % OFTEN == OFTEN - 1 && farthest(b) <= all->piece[all->item[n]].front) return;
+    draw_piece(b, all->item[n]);
+  }
 }
 
 /* One tile. */

@@ -31,11 +31,11 @@ void hb_shading_make(hb_shading *s) {
   s->rim = hb_v3_unit(rim);
 }
 
-/* A table's value at a node and a place around it. */
-static double around(const float *table, int node, double place) {
+/* Share of the sky, or of the lamp, at a place around a node: between the angles at which it is known. */
+static double around(const hb_occlusion *o, double (*at)(const hb_occlusion *, int, int), int node,
+                     double place) {
   int a = (int)place, b = a + 1 < HB_AROUND ? a + 1 : 0;
-  const float *row = table + (size_t)node * HB_AROUND;
-  double f = place - a, va = (double)row[a], vb = (double)row[b];
+  double f = place - a, va = at(o, node, a), vb = at(o, node, b);
   return va + f * (vb - va);
 }
 
@@ -74,8 +74,10 @@ static void meet(const hb_shading *sh, int index, double t, const double at[2], 
   double pa = hb_around(hb_v3_dot(out->n, a->u), hb_v3_dot(out->n, va));
   double pb = hb_around(hb_v3_dot(out->n, b->u), hb_v3_dot(out->n, vb));
   const hb_occlusion *o = sh->occlusion;
-  out->sky = (1 - s) * around(o->sky, piece->node, pa) + s * around(o->sky, piece->node + 1, pb);
-  out->sun = (1 - s) * around(o->sun, piece->node, pa) + s * around(o->sun, piece->node + 1, pb);
+  out->sky = (1 - s) * around(o, hb_occlusion_node_sky, piece->node, pa) +
+             s * around(o, hb_occlusion_node_sky, piece->node + 1, pb);
+  out->sun = (1 - s) * around(o, hb_occlusion_node_sun, piece->node, pa) +
+             s * around(o, hb_occlusion_node_sun, piece->node + 1, pb);
   /* The tables hold for the sides; round ends see more of the sky, and of the lamp where they face it. */
   double end = fabs(hb_v3_dot(out->n, a->t));
   if (end > 0.1) {

@@ -8,6 +8,8 @@ hb_status hb_rod_settle(const hb_model *model, const hb_rod *rod, hb_state *stat
                         double h, hb_error *err) {
   if (!hb_rod_geometry(rod, state->x, work))
     return hb_fail(err, HB_ERR_NUMERIC, "rod %s: a vertex position is not finite, or an edge has length zero", rod->name);
+  hb_status status = hb_frames_check(model, rod, work, t, err);
+  if (status) return status;
   hb_frames_hold(model, rod, state, work, t);
   if (!rod->closed_form) return hb_twist_newton(model, rod, state, work, h, err);
   if (!rod->twist_free) hb_twist_closed(model, rod, state, work);

@@ -46,6 +46,27 @@ static double turned_since_start(const hb_frame_support *f, double angle) {
   return f->def->kind == HB_SUPPORT_ANGLE ? angle - at_time(f->def->angle, 0) : angle;
 }
 
+/* Formulas of directors may fail at some time: not finite, or along their edge, where they say nothing. */
+hb_status hb_frames_check(const hb_model *model, const hb_rod *rod, const hb_rod_work *work, double t,
+                          hb_error *err) {
+  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
+    const hb_frame_support *f = &model->frames[k];
+    int edge = f->slot - rod->first;
+    if (!isfinite(at_time(f->def->angle, t)))
+      return hb_fail(err, HB_ERR_NUMERIC, "rod %s: the prescribed angle of edge %d is not finite at t = %.9g",
+                     rod->name, edge, t);
+    if (f->def->kind != HB_SUPPORT_DIRECTOR) continue;
+    hb_v3 d = {at_time(f->def->value[0], t), at_time(f->def->value[1], t), at_time(f->def->value[2], t)};
+    double across = hb_v3_norm(hb_v3_cross(d, tangent_at(work, edge)));
+    if (!(across > 1e-6 * hb_v3_norm(d)) || !isfinite(across))
+      return hb_fail(err, HB_ERR_NUMERIC,
+                     "rod %s: the prescribed director of edge %d, (%g, %g, %g) at t = %.9g, must be finite, not zero "
+                     "and not along the edge",
+                     rod->name, edge, d.x, d.y, d.z, t);
+  }
+  return HB_OK;
+}
+
 /* Prescribed directors follow their edge by time-parallel transport and turn by their angle. */
 void hb_frames_hold(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work, double t) {
   hb_v3 t0 = tangent_at(work, 0);

@@ -24,6 +24,7 @@ typedef struct hb_rod_work {
   double *trial_m1;    /* 3 per edge */
   double *trial_twist; /* per vertex */
   bool *held;          /* per edge: frame prescribed */
+  bool convex;         /* the last Newton step of the twist saw a positive definite Hessian */
   /* per prescribed frame of the whole model */
   double *frame_now;   /* 3: the director now */
   double *frame_turned; /* how far it was turned since the last call */
@@ -42,6 +43,9 @@ bool hb_rod_geometry(const hb_rod *rod, const double *x, hb_rod_work *work);
 int hb_rod_find_fold(const hb_rod *rod, const hb_rod_work *work);
 
 /* frames.c: after hb_rod_geometry */
+/* HB_ERR_NUMERIC if a prescribed angle or director means nothing at time t. */
+hb_status hb_frames_check(const hb_model *model, const hb_rod *rod, const hb_rod_work *work, double t,
+                          hb_error *err);
 /* Prescribed directors at time t, anchor of the Bishop frame. */
 void hb_frames_hold(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work, double t);
 /* Prescribed directors as the state has them, into work->frame_now. */

@@ -128,6 +128,7 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
 static double find_direction(const hb_rod *rod, hb_rod_work *w, double noise) {
   int ne = rod->nv - 1;
   bool found = solve_turns(rod, w, false, 0, noise);
+  w->convex = found;
   double largest = 0;
   for (int j = 0; j < ne; j++) largest = fmax(largest, w->diagonal[j] + fabs(w->bending_diagonal[j]));
   for (double shift = 1e-10; !found && shift < 4; shift *= shift < 1e-6 ? 100 : 4)
@@ -160,6 +161,7 @@ static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state,
                           hb_error *err) {
   double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
   hb_look now = look_at(m, rod, w, m1, twist);
+  w->convex = false;
   for (int k = 0;; k++) {
     if (now.residual <= ROUND_OFF * now.scale + now.floor) break;
     if (k >= limit || !isfinite(now.energy))
@@ -265,17 +267,6 @@ static void follow_first_angle(const hb_rod *rod, hb_state *state, const hb_rod_
   state->theta_0[rod->index] = hb_nearest_angle(angle, state->theta_0[rod->index]);
 }
 
-/* Carry, then minimise. */
-hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, double h,
-                          hb_error *err) {
-  curvature_binormals(rod, w);
-  carry_frames(m, rod, state, w);
-  set_targets(m, rod, state, w, h);
-  hb_status status = minimise(m, rod, state, w, m->def->method.max_twist_iterations, err);
-  follow_first_angle(rod, state, w);
-  return status;
-}
-
 /* Is there a direction in which the energy falls at second order? Pivots of the Hessian that are clearly negative. */
 static bool on_a_saddle(const hb_rod *rod, const hb_rod_work *w) {
   double before = 1;
@@ -290,19 +281,36 @@ static bool on_a_saddle(const hb_rod *rod, const hb_rod_work *w) {
   return false;
 }
 
-/* Minimises; where symmetry has led to a saddle, leaves it by a small uneven turn of all frames and goes on. */
-static hb_status minimise_from_anywhere(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w,
-                                        hb_error *err) {
+/* Minimises; where symmetry has led to a saddle, leaves it by a small uneven turn of all frames and goes on. The last
+ * Newton step has mostly shown already that the energy is convex there. */
+static hb_status minimise_past_saddles(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w,
+                                       int limit, hb_error *err) {
   double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
-  int limit = START_FACTOR * m->def->method.max_twist_iterations;
   for (int attempt = 0;; attempt++) {
     hb_status status = minimise(m, rod, state, w, limit, err);
-    if (status || attempt == 3 || !on_a_saddle(rod, w)) return status;
+    if (status || attempt == 3 || w->convex || !on_a_saddle(rod, w)) return status;
+    state->scalar[HB_S_SADDLES]++;
     for (int j = 0; j + 1 < rod->nv; j++) w->delta[j] = w->held[j] ? 0 : 1e-3 * (1 + 0.1 * (j % 3));
     turn_frames(rod, w, m1, twist, 1);
     memcpy(m1, w->trial_m1, 3 * (size_t)(rod->nv - 1) * sizeof(double));
     memcpy(twist, w->trial_twist, (size_t)(rod->nv - 1) * sizeof(double));
   }
+}
+
+/* Carry, then minimise. */
+hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, double h,
+                          hb_error *err) {
+  curvature_binormals(rod, w);
+  carry_frames(m, rod, state, w);
+  set_targets(m, rod, state, w, h);
+  double turned = 0;
+  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
+    turned = fmax(turned, fabs(w->frame_turned[k]));
+  /* a frame that is turned far in one step takes the others along by LONGEST_TURN per iteration */
+  int limit = m->def->method.max_twist_iterations + (int)fmin(1e6, 20 * turned);
+  hb_status status = minimise_past_saddles(m, rod, state, w, limit, err);
+  follow_first_angle(rod, state, w);
+  return status;
 }
 
 /* Minimise from the frames as they are; frames held "as relaxed" are still free. */
@@ -314,7 +322,8 @@ hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, 
   }
   curvature_binormals(rod, w);
   set_targets(m, rod, state, w, 0);
-  hb_status status = minimise_from_anywhere(m, rod, state, w, err);
+  int limit = START_FACTOR * m->def->method.max_twist_iterations;
+  hb_status status = minimise_past_saddles(m, rod, state, w, limit, err);
   for (int j = 0; j + 1 < rod->nv; j++) {
     int frame = m->frame_of[rod->first + j];
     state->spin[rod->first + j] = 0; /* the way to the first minimum is no motion */

@@ -97,9 +97,10 @@ static hb_status enter(setter *s, hb_node *child, const segment *step, const cha
   return HB_OK;
 }
 
-/* Adds a child that was not there: the value, or a mapping to go on with. */
+/* Adds a child that was not there: the value, or a mapping (a list before an index) to go on with. */
 static hb_status add(setter *s, hb_node *node, const char *key, const segment *step, const char *at) {
-  hb_node *child = step->last ? copy_value(s) : hb_node_create(HB_NODE_MAP, 1, 1);
+  hb_node_kind kind = *at == '[' ? HB_NODE_LIST : HB_NODE_MAP;
+  hb_node *child = step->last ? copy_value(s) : hb_node_create(kind, 1, 1);
   if (child) child->origin = s->text;
   if (!child || !hb_node_append(node, child, key)) {
     hb_node_free(child);

@@ -185,6 +185,7 @@ static hb_status fail_value(const hb_scene_reader *r, const hb_node *node, doubl
   char *end, buffer[72];
   strtod(node->text, &end);
   if (!*end && !where[0]) return hb_scene_expected(r, node, what);
+  if (isnan(value)) value = fabs(value); /* its sign is not the same everywhere */
   return hb_scene_fail(r, node, "\"%s\" gives %g%s, which is not allowed; %s is expected",
                        shown(node->text, buffer), value, where, what);
 }
@@ -201,7 +202,15 @@ hb_status hb_scene_formula(const hb_scene_reader *r, const hb_node *node, unsign
   hb_status status = hb_formula_parse(node->text, allowed, parameters, r->def->parameter_count, out, &inner);
   if (status == HB_ERR_INPUT)
     return hb_scene_fail(r, node, "not a number or formula that is allowed here: %s", inner.text);
-  return status == HB_OK ? HB_OK : hb_scene_pass(r, node, &inner);
+  if (status != HB_OK) return hb_scene_pass(r, node, &inner);
+  const double vars[HB_VAR_COUNT] = {0};
+  /* What may depend on time is not evaluated before the run; the rest is checked where its value is used. */
+  bool check = (allowed & HB_VARS_TIME) && hb_formula_is_constant(*out);
+  double value = check ? hb_formula_eval(*out, vars) : 0;
+  if (isfinite(value)) return HB_OK;
+  hb_formula_free(*out);
+  *out = NULL;
+  return fail_value(r, node, value, "", "a number or formula with a finite value");
 }
 
 /* A constant number. */

@@ -138,6 +138,11 @@ hb_status hb_scene_parse_limited(const char *text, size_t length, const hb_scene
                                  const char *const *overrides, int override_count) {
   hb_scene_reader r = *settings;
   hb_node *root = NULL;
+  if (length >= 3 &&
+      memcmp(text, "\xEF\xBB\xBF", 3) == 0) { /* the mark that some editors put in front of UTF-8 */
+    text += 3;
+    length -= 3;
+  }
   hb_scene_def_init(r.def);
   hb_status status = hb_scene_yaml_parse(text, length, r.name, &r.limits, &root, r.err);
   for (int k = 0; !status && k < override_count; k++)

@@ -42,6 +42,8 @@ static hb_status start_rod(hb_sim *sim, const hb_rod *rod, hb_error *err) {
   hb_project_velocities(sim->model, rod, state->x, state->v, &s->project_work);
   if (!hb_rod_geometry(rod, state->x, &s->rod_work))
     return hb_fail(err, HB_ERR_INPUT, "rod %s: the initial shape has an edge of length zero", rod->name);
+  status = hb_frames_check(sim->model, rod, &s->rod_work, 0, err);
+  if (status) return status;
   hb_frames_start(sim->model, rod, state, &s->rod_work);
   if (!rod->closed_form) {
     if (rod->frame_count == 0) hb_twist_scan(sim->model, rod, state, &s->rod_work);

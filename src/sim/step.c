@@ -3,6 +3,27 @@
 
 #include <math.h>
 
+/* Every force and velocity is a number; one sum tells, and only if it is bad the vertex is looked for. */
+static hb_status check_finite(const hb_sim *sim, hb_error *err) {
+  const hb_state *state = sim->state;
+  const hb_model *m = sim->model;
+  double sum = 0;
+  for (int k = 0; k < 3 * m->nv; k++) sum += state->force[k] + state->v[k];
+  if (isfinite(sum)) return HB_OK;
+  struct {
+    const char *what;
+    const double *values;
+  } arrays[] = {{"load", state->load}, {"force", state->force}, {"velocity", state->v}}; /* causes before effects */
+  for (size_t a = 0; a < sizeof arrays / sizeof arrays[0]; a++)
+    for (int k = 0; k < 3 * m->nv; k++) {
+      const hb_rod *rod = &m->rods[m->rod_of[k / 3]];
+      if (!isfinite(arrays[a].values[k]))
+        return hb_fail(err, HB_ERR_NUMERIC, "rod %s: the %s of vertex %d is not finite any more", rod->name,
+                       arrays[a].what, k / 3 - rod->first);
+    }
+  return HB_OK;
+}
+
 /* Time, step count and length error after a step; not-a-number ends the run. */
 static hb_status watch(hb_sim *sim, double h, hb_error *err) {
   hb_state *state = sim->state;
@@ -11,12 +32,7 @@ static hb_status watch(hb_sim *sim, double h, hb_error *err) {
   state->scalar[HB_S_LENGTH_ERROR] = sim->stepper.length_error;
   if (sim->stepper.length_error > state->scalar[HB_S_WORST_LENGTH])
     state->scalar[HB_S_WORST_LENGTH] = sim->stepper.length_error;
-  for (int r = 0; r < sim->model->rod_count; r++) {
-    int i = sim->model->rods[r].first;
-    if (!isfinite(state->force[3 * i] + state->v[3 * i]))
-      return hb_fail(err, HB_ERR_NUMERIC, "rod %s: the force or velocity is not finite any more", sim->model->rods[r].name);
-  }
-  return HB_OK;
+  return check_finite(sim, err);
 }
 
 /* One step of the model's time step. */

@@ -256,8 +256,24 @@ static finding meet_rates(const system *s) {
   return meet(&fixed);
 }
 
+/* Is the rod pulled straight between neighbouring vertices that are wholly prescribed? */
+static bool is_taut(const hb_model *m, const hb_rod *rod, const double *x) {
+  int last = -1;
+  for (int k = rod->first; k < rod->first + rod->nv; k++) {
+    const double *mass = m->inv_mass + 3 * k;
+    if (mass[0] != 0 || mass[1] != 0 || mass[2] != 0) continue;
+    if (last >= 0 && k > last + 1) {
+      double distance = hb_v3_norm(hb_v3_sub(hb_v3_load(x + 3 * k), hb_v3_load(x + 3 * last)));
+      if (distance > (1 - 1e-4) * (m->arc[k] - m->arc[last])) return true;
+    }
+    last = k;
+  }
+  return false;
+}
+
 /* The sentence for a projection that did not end. */
-static hb_status not_converged(const hb_model *m, const hb_rod *rod, const hb_projection *p, hb_error *err) {
+static hb_status not_converged(const hb_model *m, const hb_rod *rod, const double *x, const hb_projection *p,
+                               hb_error *err) {
   int j = p->edge - rod->first;
   if (!(p->error >= 0 && p->error < HUGE_VAL))
     return hb_fail(err, HB_ERR_NUMERIC, "rod %s: edge %d has a length that is not finite", rod->name, j);
@@ -266,7 +282,7 @@ static hb_status not_converged(const hb_model *m, const hb_rod *rod, const hb_pr
                  "(allowed: %.3g %s)%s",
                  rod->name, p->iterations, j, p->error, m->def->method.length_tolerance,
                  m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "of its length" : "absolute",
-                 p->singular ? "; the rod is straight and taut between its supports, so nothing says to which "
+                 p->singular && is_taut(m, rod, x) ? "; the rod is straight and taut between its supports, so nothing says to which "
                                "side it should give: let the initial shape bend a little (initial: displace "
                                "or perturb) and the supports start softly"
                              : "");
@@ -289,7 +305,7 @@ static hb_status iterate(const hb_model *model, const hb_rod *rod, double *x, do
     result->singular = !found.full;
     if (found.worst <= method->length_tolerance) return HB_OK;
     if (!(found.worst < HUGE_VAL) || result->iterations >= limit)
-      return not_converged(model, rod, result, err);
+      return not_converged(model, rod, x, result, err);
     double left = spread(model, rod, w, &correction);
     result->iterations++;
     /* Nothing but round-off beyond what is left by the quadratic term: no need to look again. */

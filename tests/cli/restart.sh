@@ -30,9 +30,26 @@ done
 check "nothing is written from a bad checkpoint" test ! -e "$work/cut" -a ! -e "$work/bit"
 
 run "$HEBRA" run $scene --restart "$work/kept.hbc"; wants 2
-run "$HEBRA" run --restart "$work/kept.hbc" --set method.duration=1; wants 2 --set
-# The trajectory that belongs to the checkpoint is gone.
+run "$HEBRA" run --restart "$work/kept.hbc" --set method.time_step=1e-4; wants 2 --set method.duration
+run "$HEBRA" run --restart "$work/kept.hbc" --set method.duration=1 --set output.every=1; wants 2 output.every
+run "$HEBRA" run --restart "$work/whole"; wants 2 directory checkpoint.hbc
+# The trajectory that belongs to the checkpoint is gone, or there is not even a directory.
 mkdir "$work/alone"
-run "$HEBRA" run --restart "$work/kept.hbc" -o "$work/alone"
-check "a restart without its trajectory says so" test "$status" != 0 -a -n "$err"
+for place in alone nowhere; do
+  run "$HEBRA" run --restart "$work/kept.hbc" -o "$work/$place"; wants 2 trajectory.h5 'must hold'
+done
+check "nothing is written by a restart without its trajectory" test -z "$(ls "$work/alone")" -a ! -e "$work/nowhere"
+
+# A finished run is made longer: the same bits as a run that was that long from the start, also where the last frame of
+# the short one lies between the regular ones.
+run "$HEBRA" run $scene -o "$work/long" --quiet --set method.duration=0.4; wants 0
+run "$HEBRA" run $scene -o "$work/odd" --quiet --set method.duration=0.123; wants 0
+for name in whole odd; do
+  run "$HEBRA" run --restart "$work/$name/checkpoint.hbc" --set method.duration=0.4 --quiet; wants 0
+  check "$name, made longer, ends in the same bits" same "$work/$name/checkpoint.hbc" "$work/long/checkpoint.hbc"
+  tables "$work/$name"
+  [ -d "$work/long/tables" ] || tables "$work/long"
+  check "$name, made longer, has the same frames" diff -rq "$work/$name/tables" "$work/long/tables"
+done
+run "$HEBRA" run --restart "$work/long/checkpoint.hbc" --set method.duration=0.1; wants 2 already method.duration
 finish

@@ -21,6 +21,14 @@ set_and "rods by index" 0 bending parameters.steps=10 'rods[0].bending=0' 'rods[
 set_and "rods by name" 0 bending parameters.steps=10 rods.wound.bending=0 rods.ribbon.bending=0
 set_and "all rods" 0 bending parameters.steps=10 'rods.*.bending=0'
 
+# A list that is not there yet.
+sed '/^forces:/,/rod: ribbon/d' $scene >"$work/calm.yaml"
+run "$HEBRA" check "$work/calm.yaml" --set 'forces[0]={point: [0, 0, 1], rod: ribbon, vertex: -1}'
+wants 0 'force      force [0, 0, 1] on vertex -1 of rod ribbon'
+# A byte order mark in front is no part of the scene.
+{ printf '\357\273\277'; cat $scene; } >"$work/marked.yaml"
+run "$HEBRA" check "$work/marked.yaml"; wants 0 ribbon
+
 run "$HEBRA" run $scene -o "$work/none" --set method.tme_step=1; wants 2 tme_step time_step
 run "$HEBRA" run $scene -o "$work/none" --set 'method.time_step=-1'; wants 2 '-1'
 run "$HEBRA" run $scene -o "$work/none" --set; wants 2 --set

@@ -112,7 +112,8 @@ static hb_status try_checkpoint(void *context, hb_error *err) {
 /* The report. */
 static hb_status try_report(void *context, hb_error *err) {
   (void)context;
-  return hb_report_write(all.report, all.s.sim, all.start, all.start, 1, 0, "finished", err);
+  return hb_report_write(all.report, all.s.sim, all.start, all.start,
+                         &(hb_report_facts){.wall_seconds = 1, .stop_reason = "finished"}, err);
 }
 
 /* Each in turn; the trajectory that is left at the end is whole. */

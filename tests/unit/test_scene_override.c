@@ -38,6 +38,7 @@ static void paths_lead_to_their_place(void **state) {
   expect_line("method.time_step=2e-4", "  time_step: 2e-4\n");
   expect_line("method.duration=3", "  time_step: 1e-3\n  duration: 3\n");
   expect_line("output.every=5", "output:\n  every: 5\n");
+  expect_line("forces[0]={gravity: [0, 0, -1]}", "forces:\n  - gravity:");
   expect_line("title=a: b", "title:\n  a: b\n");
   expect_line("title=\"a: b\"", "title: \"a: b\"\n");
   expect_line("rods[0].bending=[1, 2]", "  - name: trunk\n    bending: [1, 2]\n");
