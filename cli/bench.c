@@ -33,9 +33,10 @@ static double wall(void) {
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* A helix of 20 edges of length 0.01 per turn, held at both ends and twisted by half a turn per helical turn. The
- * isotropic rod is straight at rest and unwinds, the general one is curved at rest and shaken: bending, twist and
- * lengths have the same work to do at every place, whatever the length. The step is a quarter of the explicit limit. */
+/* A helix of 20 edges of length 0.01 per turn, held at both ends and twisted by half a turn per helical turn.
+ * The isotropic rod is straight at rest and unwinds, the general one is curved at rest and shaken: bending,
+ * twist and lengths have the same work to do at every place, whatever the length. The step is a quarter of
+ * the explicit limit. */
 static void write_scene(const bench_case *c, int n, char *text, size_t size) {
   double turns = (n - 1) / 20.0;
   snprintf(text, size,
@@ -51,7 +52,8 @@ static void write_scene(const bench_case *c, int n, char *text, size_t size) {
            "    linear_density: 0.05\n"
            "    start: {position: fixed, material_angle: 'pi*%.17g'}\n"
            "    end: {position: fixed, material_angle: 0}\n",
-           c->integrator, turns, n, c->general ? "false" : "true", c->general ? "[0.02, 0.03]" : "0.02", turns);
+           c->integrator, turns, n, c->general ? "false" : "true", c->general ? "[0.02, 0.03]" : "0.02",
+           turns);
 }
 
 /* Steps per measurement: about 6 million vertex steps in all, at least one per repeat. */
@@ -100,7 +102,8 @@ static hb_status measure(const bench_case *c, int n, bench_result *out, hb_error
 static void print_row(const bench_case *c, int n, const bench_result *r, bool json, bool first) {
   if (json) {
     printf("%s\n  {\"rod\": \"%s\", \"integrator\": \"%s\", \"vertices\": %d, \"ns_per_vertex_step\": %.3f, "
-           "\"projections_per_step\": %.3f, \"twist_iterations_per_step\": %.3f, \"bytes_per_vertex\": %.1f, \"stages\": {",
+           "\"projections_per_step\": %.3f, \"twist_iterations_per_step\": %.3f, \"bytes_per_vertex\": %.1f, "
+           "\"stages\": {",
            first ? "" : ",", c->name, c->integrator, n, r->ns, r->projections, r->twist_iterations, r->bytes);
     for (int k = 0; k < HB_STAGE_COUNT; k++)
       printf("%s\"%s\": %.4f", k ? ", " : "", hb_stage_names[k], r->stage[k]);
@@ -136,19 +139,24 @@ static int bench_verb(int argc, char **argv) {
   bool json = false, first = true;
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, ":n:j", longs, NULL)) != -1;) {
-    if (c == 'j') json = true;
-    else if (c == 'n') count = parse_sizes(optarg, sizes);
-    else return cli_usage(&cli_verb_bench, "%s is not an option, or lacks its value", argv[optind - 1]);
+    if (c == 'j')
+      json = true;
+    else if (c == 'n')
+      count = parse_sizes(optarg, sizes);
+    else
+      return cli_usage(&cli_verb_bench, "%s is not an option, or lacks its value", argv[optind - 1]);
     if (count < 0)
-      return cli_usage(&cli_verb_bench, "--sizes \"%s\": up to %d numbers from 5 to 10000000 with commas are allowed",
-                       optarg, SIZES_MAX);
+      return cli_usage(&cli_verb_bench,
+                       "--sizes \"%s\": up to %d numbers from 5 to 10000000 with commas are allowed", optarg,
+                       SIZES_MAX);
   }
   if (optind < argc) return cli_usage(&cli_verb_bench, "\"%s\" is not expected", argv[optind]);
   if (json) {
     printf("[");
   } else {
     printf("cost of one step, one core, fastest of %d runs; lengths to 1e-10\n", REPEATS);
-    printf("%-10s %-17s %7s %9s %8s %8s %9s ", "rod", "integrator", "N", "ns/vertex", "project", "twist", "bytes/v");
+    printf("%-10s %-17s %7s %9s %8s %8s %9s ", "rod", "integrator", "N", "ns/vertex", "project", "twist",
+           "bytes/v");
     for (int k = 0; k < HB_STAGE_COUNT; k++) printf(" %s", hb_stage_names[k]);
     printf("\n");
   }
@@ -163,16 +171,17 @@ static int bench_verb(int argc, char **argv) {
   return CLI_DONE;
 }
 
-const cli_verb cli_verb_bench = {
-    "bench", "measure what a step costs on this machine",
-    "usage: hebra bench [--sizes N,N,...] [--json]\n"
-    "\n"
-    "Steps rods of 25 to 100,000 vertices, isotropic and general (anisotropic, curved at rest), with both integrators,\n"
-    "and prints nanoseconds per vertex and step (the fastest of a few repeats), iterations of projection and twist per\n"
-    "step, memory per vertex, and how the time divides over the stages.\n"
-    "\n"
-    "  --sizes N,N,...   vertices per rod, default 25,100,1000,10000,100000\n"
-    "  --json            one JSON array instead of the table\n"
-    "\n"
-    "example: hebra bench --sizes 100,1000\n",
-    bench_verb};
+const cli_verb cli_verb_bench = {"bench", "measure what a step costs on this machine",
+                                 "usage: hebra bench [--sizes N,N,...] [--json]\n"
+                                 "\n"
+                                 "Steps rods of 25 to 100,000 vertices, isotropic and general (anisotropic, "
+                                 "curved at rest), with both integrators,\n"
+                                 "and prints nanoseconds per vertex and step (the fastest of a few repeats), "
+                                 "iterations of projection and twist per\n"
+                                 "step, memory per vertex, and how the time divides over the stages.\n"
+                                 "\n"
+                                 "  --sizes N,N,...   vertices per rod, default 25,100,1000,10000,100000\n"
+                                 "  --json            one JSON array instead of the table\n"
+                                 "\n"
+                                 "example: hebra bench --sizes 100,1000\n",
+                                 bench_verb};

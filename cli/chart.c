@@ -211,8 +211,12 @@ static void draw_supports(cli_chart *c, const char *name, int components, const 
   if (c->status != HB_OK) return;
   begin_time(c, title, unit);
   if (count == 0) {
-    cli_chart_say(c, "set label 1 'no support acts in this trajectory' at graph 0.5,0.5 center\n"
-                     "plot [0:1] [0:1] NaN notitle\nunset label 1\n");
+    double start = c->times[0], end = c->times[c->info->frames - 1];
+    if (!(end > start)) end = start + 1;
+    cli_chart_say(c,
+                  "set label 1 'all %s are zero' at graph 0.5,0.6 center\n"
+                  "plot [%.9g:%.9g] [-1:1] 0 with lines lw 2 lc rgb '%s' notitle\nunset label 1\n",
+                  components == 1 ? "torques" : "reactions", start, end, colors[0]);
     return;
   }
   send_table(c, name, count);

@@ -15,10 +15,11 @@ typedef struct cli_verb {
   int (*run)(int argc, char **argv);
 } cli_verb;
 
-extern const cli_verb cli_verb_run, cli_verb_check, cli_verb_info, cli_verb_export, cli_verb_render, cli_verb_plot,
-    cli_verb_bench;
+extern const cli_verb cli_verb_run, cli_verb_check, cli_verb_info, cli_verb_export, cli_verb_render,
+    cli_verb_plot, cli_verb_bench;
 
-/* Prints "hebra VERB: sentence" to stderr and gives the exit status for the error: 2 for input, 1 otherwise. */
+/* Prints "hebra VERB: sentence" to stderr and gives the exit status for the error: 2 for input, 1 otherwise.
+ */
 int cli_fail(const char *verb, const hb_error *err);
 /* The same for a mistake in the arguments: prints the sentence and how to get help; returns CLI_BAD_INPUT. */
 int cli_usage(const cli_verb *verb, const char *format, ...) HB_PRINTF(2, 3);

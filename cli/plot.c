@@ -189,8 +189,8 @@ static void say_style(const request *r, cli_chart *c) {
       c, "set border 3 lc rgb '#8c877e' lw 1\nset tics nomirror out scale 0.6 textcolor rgb '#5a5750'\n"
          "set grid lc rgb '#e4e0d8' lt 1 lw 1\nset title textcolor rgb '#2c3039'\n"
          "set xlabel textcolor rgb '#5a5750' offset 0,0.4\nset ylabel textcolor rgb '#5a5750'\n"
-         "set key below center horizontal textcolor rgb '#5a5750' samplen 2 height 1.2\n"
-         "set format y '%%g'\nset autoscale fix\nset offsets 0,0,graph 0.06,graph 0.06\n");
+         "set key below center horizontal Left reverse width 1 textcolor rgb '#5a5750' samplen 2 height 1.2\n"
+         "set format y '%%g'\nset autoscale fix\nset rmargin 4\nset offsets 0,0,graph 0.06,graph 0.06\n");
 }
 
 /* Name beside the picture for the time of writing. */

@@ -22,6 +22,7 @@ void cli_progress_begin(cli_progress *p, const hb_sim *sim, bool quiet) {
   p->duration = hb_sim_model(sim)->def->method.duration;
 }
 
+/* Seconds since begin. */
 double cli_progress_seconds(const cli_progress *p) { return wall() - p->started; }
 
 /* Part done, 0 .. 1. */

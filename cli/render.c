@@ -4,6 +4,7 @@
 #include "cli/pipe.h"
 
 #include "base/memory.h"
+#include "render/tripod.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -20,7 +21,7 @@ enum { TEXT_ROOM = 4096 };
 typedef struct request {
   const char *path, *out;
   long frame; /* counted from the end if negative */
-  bool by_time, camera, perspective, plain;
+  bool by_time, camera, perspective, plain, quiet;
   double time, speed, radius, from[3];
   int width, height, fps;
 } request;
@@ -98,6 +99,7 @@ static bool take_option(int c, const char *value, request *r, const char **what)
   case 'x': *what = "--speed needs a number above 0"; return read_number(value, &r->speed) && r->speed > 0;
   case 'r': *what = "--radius needs a number above 0"; return read_number(value, &r->radius) && r->radius > 0;
   case 'P': r->perspective = r->camera = true; return true;
+  case 'q': r->quiet = true; return true;
   case 'n': r->plain = r->camera = true; return true;
   default: *what = "unknown option"; return false;
   }
@@ -116,17 +118,23 @@ static bool is_film(const request *r) {
 
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, request *r) {
-  static const struct option longs[] = {
-      {"output", required_argument, NULL, 'o'}, {"frame", required_argument, NULL, 'f'},
-      {"time", required_argument, NULL, 't'},   {"view", required_argument, NULL, 'v'},
-      {"from", required_argument, NULL, 'd'},   {"size", required_argument, NULL, 's'},
-      {"fps", required_argument, NULL, 'p'},    {"speed", required_argument, NULL, 'x'},
-      {"radius", required_argument, NULL, 'r'}, {"perspective", no_argument, NULL, 'P'},
-      {"plain", no_argument, NULL, 'n'},        {NULL, 0, NULL, 0}};
+  static const struct option longs[] = {{"output", required_argument, NULL, 'o'},
+                                        {"frame", required_argument, NULL, 'f'},
+                                        {"time", required_argument, NULL, 't'},
+                                        {"view", required_argument, NULL, 'v'},
+                                        {"from", required_argument, NULL, 'd'},
+                                        {"size", required_argument, NULL, 's'},
+                                        {"fps", required_argument, NULL, 'p'},
+                                        {"speed", required_argument, NULL, 'x'},
+                                        {"radius", required_argument, NULL, 'r'},
+                                        {"perspective", no_argument, NULL, 'P'},
+                                        {"plain", no_argument, NULL, 'n'},
+                                        {"quiet", no_argument, NULL, 'q'},
+                                        {NULL, 0, NULL, 0}};
   *r = (request){
       .out = "picture.png", .frame = -1, .width = 1280, .height = 720, .fps = 30, .from = {0.5, -0.9, 0.5}};
   opterr = 0;
-  for (int c; (c = getopt_long(argc, argv, ":o:", longs, NULL)) != -1;) {
+  for (int c; (c = getopt_long(argc, argv, ":o:q", longs, NULL)) != -1;) {
     const char *what = NULL;
     if (c == ':') return cli_usage(&cli_verb_render, "%s needs a value", argv[optind - 1]);
     if (c == '?') return cli_usage(&cli_verb_render, "unknown option %s", argv[optind - 1]);
@@ -222,6 +230,7 @@ static hb_status draw_camera(studio *s, double time, hb_error *err) {
   int scale = s->ask.height / 360 > 1 ? s->ask.height / 360 : 1;
   snprintf(text, sizeof text, "t = %#.4g", time);
   hb_image_text(&s->image, 8 * scale, s->ask.height - 16 * scale, scale, ink, text);
+  hb_render_tripod(&s->image, &camera, scale, 36 * scale, 54 * scale);
   return HB_OK;
 }
 
@@ -303,20 +312,30 @@ static bool part_name(const char *out, char *text, size_t size) {
   return length > 0 && (size_t)length < size;
 }
 
+/* Says how far a film is: one line that is written over on a terminal, else a line per tenth. */
+static void show_progress(const studio *s, long done, long count, long frame) {
+  if (s->ask.quiet) return;
+  if (isatty(STDERR_FILENO) == 1) {
+    fprintf(stderr, "\rframe %ld of %ld  %3ld%%  t = %.6g \033[K", done, count, 100 * done / count,
+            s->times[frame]);
+    if (done == count) fputs("\r\033[K", stderr);
+    fflush(stderr);
+  } else if (done == count || 10 * done / count > 10 * (done - 1) / count)
+    fprintf(stderr, "frame %ld of %ld  t = %.6g\n", done, count, s->times[frame]);
+}
+
 /* Draws and feeds the frames one by one; a frame that is shown again is not drawn again. */
 static hb_status feed(studio *s, cli_pipe *pipe, double step, long count, hb_error *err) {
   size_t bytes = (size_t)s->image.width * (size_t)s->image.height * 3;
   long frame = 0, drawn = -1;
-  bool terminal = isatty(STDERR_FILENO) == 1;
   hb_status status = HB_OK;
   for (long k = 0; status == HB_OK && k < count; k++) {
     frame = k == count - 1 ? s->info->frames - 1 : frame_at(s, s->times[0] + step * (double)k, frame);
     if (frame != drawn) status = draw(s, frame, err);
     drawn = frame;
     if (status == HB_OK) status = cli_pipe_write(pipe, s->image.rgb, bytes, err);
-    if (terminal) fprintf(stderr, "\r%3ld%%  t = %.6g \033[K", 100 * (k + 1) / count, s->times[frame]);
+    if (status == HB_OK) show_progress(s, k + 1, count, frame);
   }
-  if (terminal) fputs("\r\033[K", stderr);
   return status;
 }
 
@@ -391,11 +410,12 @@ const cli_verb cli_verb_render = {
     "  --view camera       one view\n"
     "  --from X,Y,Z        one view, from this direction; the camera moves back until everything is seen\n"
     "  --perspective       one view in perspective, else parallel\n"
-    "  --plain             one view without the time written on it\n"
+    "  --plain             one view without time, axes and scale bar\n"
     "  --size WxH          size in pixels, default 1280x720\n"
     "  --fps N             frames of film per second, default 30\n"
     "  --speed X           simulated time per second of film; default: the film lasts about 10 seconds\n"
-    "  --radius R          radius of the rods as drawn; default: that of the scene\n\n"
+    "  --radius R          radius of the rods as drawn; default: that of the scene\n"
+    "  -q, --quiet         no progress of a film\n\n"
     "Example:\n"
     "  hebra render out/trajectory.h5 -o film.mp4 --speed 0.1\n",
     render_verb};

@@ -155,7 +155,9 @@ static hb_status read_scene(run *r, hb_error *err) {
     return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint holds no scene to go on with", r->opt.restart);
   status = hb_scene_parse(r->saved.source, strlen(r->saved.source), r->opt.restart, r->saved.base_dir,
                           r->opt.overrides, r->opt.override_count, &r->def, err);
-  return status ? status : keep_base(r, err);
+  if (status) return status;
+  r->def.run = r->saved.run; /* also a longer run is still the same run */
+  return keep_base(r, err);
 }
 
 /* Sentences that a user should see before the run. */
@@ -198,6 +200,21 @@ static void note_energy(run *r) {
   if (energy > r->largest_energy) r->largest_energy = energy;
 }
 
+/* A new trajectory takes the place of what another run left in the directory: the old checkpoint and report
+ * go once it is there, and a checkpoint of the beginning follows the first frame. */
+static hb_status begin_files(run *r, long planned, hb_error *err) {
+  hb_status status = hb_writer_create(r->trajectory, r->model, planned, &r->writer, err);
+  if (status) return status;
+  const char *old[] = {r->checkpoint, r->report};
+  for (int k = 0; k < 2; k++)
+    if (unlink(old[k]) != 0 && errno != ENOENT)
+      return hb_fail(err, HB_ERR_IO, "%s: what an older run left cannot be removed: %s", old[k],
+                     strerror(errno));
+  status = hb_writer_add(r->writer, r->frame, err);
+  r->frames = 1;
+  return status ? status : hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+}
+
 /* Model, simulation, files. Nothing is written before the scene has proved sound. */
 static hb_status prepare(run *r, hb_error *err) {
   hb_status status = choose_directory(r, err);
@@ -219,9 +236,7 @@ static hb_status prepare(run *r, hb_error *err) {
   if (r->opt.restart) {
     status = hb_writer_continue(r->trajectory, r->model, planned, r->frames, &r->writer, err);
   } else {
-    status = hb_writer_create(r->trajectory, r->model, planned, &r->writer, err);
-    if (!status) status = hb_writer_add(r->writer, r->frame, err);
-    r->frames = 1;
+    status = begin_files(r, planned, err);
   }
   if (!status && r->opt.watch) status = cli_watch_open(r->model, r->opt.watch, r->opt.speed, &r->watch, err);
   return status;

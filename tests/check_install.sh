@@ -51,5 +51,6 @@ test -f "$prefix/share/hebra/scenes/thesis-2-catenary.yaml"
 command -v dpkg-deb >/dev/null || { echo "no dpkg-deb: the package is not checked"; exit 0; }
 "${cmake%/cmake}/cpack" --config "$HEBRA_BUILD/CPackConfig.cmake" -B "$scratch/package" >cpack.log
 package=$(find "$scratch/package" -name '*.deb' | head -n 1)
-dpkg-deb --contents "$package" | grep -q 'usr/bin/hebra$'
+dpkg-deb --contents "$package" >contents.txt
+grep -q 'usr/bin/hebra$' contents.txt
 dpkg-deb --field "$package" Package Version Recommends

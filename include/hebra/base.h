@@ -19,7 +19,8 @@ extern "C" {
 #define HB_VERSION_PATCH 0
 #define HB_VERSION "0.1.0"
 
-/* What went wrong, by kind of treatment. The command line maps HB_ERR_INPUT to exit status 2, the rest to 1. */
+/* What went wrong, by kind of treatment. The command line maps HB_ERR_INPUT to exit status 2, the rest to 1.
+ */
 typedef enum hb_status {
   HB_OK = 0,
   HB_ERR_INPUT,      /* the user's input is wrong; the sentence says where and what is allowed */

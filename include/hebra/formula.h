@@ -1,7 +1,8 @@
 /* hebra/formula.h - arithmetic formulas such as `3*pi`, `sin(2*pi*t)`, `0.1*x + s/L`.
  *
  * A formula is compiled once and evaluated often; evaluation allocates nothing and cannot fail.
- * Grammar: + - * / ^ (right associative, binds tighter than unary minus), parentheses, numbers, comparison < <= > >=
+ * Grammar: + - * / ^ (right associative, binds tighter than unary minus), parentheses, numbers, comparison <
+ * <= > >=
  * == != giving 0 or 1, `if(c, a, b)`, functions sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10
  * sqrt abs floor ceil min max mod sign step clamp smoothstep pow hypot, constants pi e. */
 #ifndef HEBRA_FORMULA_H
@@ -28,7 +29,8 @@ typedef enum hb_variable {
 #define HB_VAR_BIT(v) (1u << (v))
 #define HB_VARS_NONE 0u
 #define HB_VARS_TIME HB_VAR_BIT(HB_VAR_T)
-#define HB_VARS_ARC (HB_VAR_BIT(HB_VAR_S) | HB_VAR_BIT(HB_VAR_U) | HB_VAR_BIT(HB_VAR_I) | HB_VAR_BIT(HB_VAR_L))
+#define HB_VARS_ARC                                                                                          \
+  (HB_VAR_BIT(HB_VAR_S) | HB_VAR_BIT(HB_VAR_U) | HB_VAR_BIT(HB_VAR_I) | HB_VAR_BIT(HB_VAR_L))
 #define HB_VARS_PLACE (HB_VAR_BIT(HB_VAR_X) | HB_VAR_BIT(HB_VAR_Y) | HB_VAR_BIT(HB_VAR_Z))
 #define HB_VARS_ALL (HB_VARS_TIME | HB_VARS_ARC | HB_VARS_PLACE)
 
@@ -41,7 +43,8 @@ typedef struct hb_parameter {
 typedef struct hb_formula hb_formula;
 
 /* Compiles text. allowed: bit set of HB_VAR_BIT. parameters may be NULL if count is 0.
- * On error the sentence says the column inside text (from 1) and, for an unknown name, the nearest known one. */
+ * On error the sentence says the column inside text (from 1) and, for an unknown name, the nearest known one.
+ */
 hb_status hb_formula_parse(const char *text, unsigned allowed, const hb_parameter *parameters, int count,
                            hb_formula **out, hb_error *err);
 /* A formula that is the number value. */
@@ -50,7 +53,8 @@ void hb_formula_free(hb_formula *formula); /* NULL is allowed */
 
 double hb_formula_eval(const hb_formula *formula, const double vars[HB_VAR_COUNT]);
 /* Value and exact derivative by time (dual numbers; x, y, z, s, u, i, L held). */
-void hb_formula_eval_dt(const hb_formula *formula, const double vars[HB_VAR_COUNT], double *value, double *rate);
+void hb_formula_eval_dt(const hb_formula *formula, const double vars[HB_VAR_COUNT], double *value,
+                        double *rate);
 bool hb_formula_is_constant(const hb_formula *formula);
 bool hb_formula_uses(const hb_formula *formula, hb_variable variable);
 const char *hb_formula_text(const hb_formula *formula); /* as it was written; owned by the formula */

@@ -1,9 +1,9 @@
-/* hebra/model.h - what is simulated: definitions that a scene (or a program) fills in, and the constant tables
- * compiled from them.
+/* hebra/model.h - what is simulated: definitions that a scene (or a program) fills in, and the constant
+ * tables compiled from them.
  *
- * Vertices count from 0 .. nv-1, edge j joins vertices j and j+1, interior vertices are 1 .. nv-2 (docs/theory).
- * In the compiled model all rods lie one behind the other in one numbering of slots: vertex i of a rod is slot
- * first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
+ * Vertices count from 0 .. nv-1, edge j joins vertices j and j+1, interior vertices are 1 .. nv-2
+ * (docs/theory). In the compiled model all rods lie one behind the other in one numbering of slots: vertex i
+ * of a rod is slot first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
 #ifndef HEBRA_MODEL_H
 #define HEBRA_MODEL_H
 
@@ -14,47 +14,54 @@
 extern "C" {
 #endif
 
-/* ---- definitions: plain data, owned by the definition, freed by hb_scene_def_free --------------------------- */
+/* ---- definitions: plain data, owned by the definition, freed by hb_scene_def_free
+ * --------------------------- */
 
 typedef enum hb_support_kind {
-  HB_SUPPORT_POSITION, /* a vertex: each axis is free, held, or follows a formula of t (x, y, z: initial place) */
-  HB_SUPPORT_TANGENT,  /* an edge's direction follows formulas of t (or is held); the base vertex must be held too */
-  HB_SUPPORT_ANGLE,    /* an edge's material angle, against the Bishop frame of the initial shape, formula of t */
-  HB_SUPPORT_DIRECTOR  /* an edge's first director m1 in space, formulas of t, projected normal to the edge */
+  HB_SUPPORT_POSITION, /* a vertex: each axis is free, held, or follows a formula of t (x, y, z: initial
+                          place) */
+  HB_SUPPORT_TANGENT,  /* an edge's direction follows formulas of t (or is held); the base vertex must be held
+                          too */
+  HB_SUPPORT_ANGLE,   /* an edge's material angle, against the Bishop frame of the initial shape, formula of t
+                       */
+  HB_SUPPORT_DIRECTOR /* an edge's first director m1 in space, formulas of t, projected normal to the edge */
 } hb_support_kind;
 
 /* A boundary condition at any vertex or edge (rows A7 of the mission). */
 typedef struct hb_support_def {
   hb_support_kind kind;
-  int index;              /* vertex (POSITION) or edge (others), 0-based; negative counts from the end: -1 is last */
-  bool held;              /* POSITION, TANGENT: as in the initial shape. ANGLE: as the relaxed initial state has it */
-  bool axis_free[3];      /* POSITION: this coordinate is free */
-  bool base_is_end;       /* TANGENT: the base vertex is index+1 and vertex index is carried (for a rod's last edge) */
-  hb_formula *value[3];   /* POSITION x, y, z; TANGENT direction; DIRECTOR m1. Any of them of t. NULL where held/free */
-  hb_formula *angle;      /* ANGLE: angle in radians. DIRECTOR: extra turn about the tangent. May be NULL (0).
-                             Windings count: going from 0 to 6 pi is three turns. */
-  int line, column;       /* place in the scene file, 0 if none */
+  int index; /* vertex (POSITION) or edge (others), 0-based; negative counts from the end: -1 is last */
+  bool held; /* POSITION, TANGENT: as in the initial shape. ANGLE: as the relaxed initial state has it */
+  bool axis_free[3]; /* POSITION: this coordinate is free */
+  bool base_is_end; /* TANGENT: the base vertex is index+1 and vertex index is carried (for a rod's last edge)
+                     */
+  hb_formula *
+      value[3]; /* POSITION x, y, z; TANGENT direction; DIRECTOR m1. Any of them of t. NULL where held/free */
+  hb_formula *angle; /* ANGLE: angle in radians. DIRECTOR: extra turn about the tangent. May be NULL (0).
+                        Windings count: going from 0 to 6 pi is three turns. */
+  int line, column;  /* place in the scene file, 0 if none */
 } hb_support_def;
 
 /* One rod. Arrays have nv entries per vertex, nv-1 per edge. */
 typedef struct hb_rod_def {
   char *name;
-  int nv;                 /* >= 3 */
-  double *rest;           /* 3 nv: rest shape; gives rest lengths, rest curvature, and (with rest_m1) natural twist */
-  double *rest_m1;        /* 3 (nv-1) first directors on the rest shape, projected and normalised; NULL: Bishop frame
-                             of the rest shape, turned by natural_twist */
-  double *natural_twist;  /* nv: twist per length at interior vertices (radians per length); NULL: 0 */
-  double *initial;        /* 3 nv: initial shape */
-  double *velocity;       /* 3 nv: initial velocity; NULL: at rest */
-  double *mass;           /* nv: > 0 */
-  double *B;              /* 3 (nv-1): B11, B12, B22 of edge j in its material frame; positive semi-definite */
-  double *beta;           /* nv: twisting modulus at interior vertices, >= 0 */
-  double *viscosity;      /* nv-1: bending-rate viscosity, same unit as B times time; NULL: 0 */
-  double mass_damping;    /* 1/time: force -c m v */
-  double first_director[3]; /* m1 of the first edge in the initial shape (projected); 0,0,0: chosen by the library */
-  bool straight_rest;     /* rest curvature taken as zero whatever `rest` is: only its lengths count */
+  int nv;       /* >= 3 */
+  double *rest; /* 3 nv: rest shape; gives rest lengths, rest curvature, and (with rest_m1) natural twist */
+  double *rest_m1; /* 3 (nv-1) first directors on the rest shape, projected and normalised; NULL: Bishop frame
+                      of the rest shape, turned by natural_twist */
+  double *natural_twist; /* nv: twist per length at interior vertices (radians per length); NULL: 0 */
+  double *initial;       /* 3 nv: initial shape */
+  double *velocity;      /* 3 nv: initial velocity; NULL: at rest */
+  double *mass;          /* nv: > 0 */
+  double *B;             /* 3 (nv-1): B11, B12, B22 of edge j in its material frame; positive semi-definite */
+  double *beta;          /* nv: twisting modulus at interior vertices, >= 0 */
+  double *viscosity;     /* nv-1: bending-rate viscosity, same unit as B times time; NULL: 0 */
+  double mass_damping;   /* 1/time: force -c m v */
+  double first_director[3];  /* m1 of the first edge in the initial shape (projected); 0,0,0: chosen by the
+                                library */
+  bool straight_rest;        /* rest curvature taken as zero whatever `rest` is: only its lengths count */
   bool lengths_from_initial; /* rest lengths = edge lengths of the initial shape */
-  double radius;          /* for drawing and for drag on a thickness, > 0 */
+  double radius;             /* for drawing and for drag on a thickness, > 0 */
   hb_support_def *supports;
   int support_count;
   int line, column;
@@ -86,25 +93,25 @@ typedef enum hb_length_tolerance_kind {
 } hb_length_tolerance_kind;
 
 typedef struct hb_method_def {
-  char *integrator;       /* "symplectic-euler" or "verlet" */
-  double time_step;       /* > 0 */
-  double duration;        /* >= 0 */
+  char *integrator;        /* "symplectic-euler" or "verlet" */
+  double time_step;        /* > 0 */
+  double duration;         /* >= 0 */
   double length_tolerance; /* default 1e-10 */
   hb_length_tolerance_kind length_tolerance_kind;
-  int max_projections;    /* iterations before giving up, default 100 */
+  int max_projections;      /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
   int line, column;
 } hb_method_def;
 
 typedef struct hb_output_def {
-  int every;              /* steps between frames, >= 1 */
+  int every;                 /* steps between frames, >= 1 */
   double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
 } hb_output_def;
 
 /* A whole scene. */
 typedef struct hb_scene_def {
   char *title, *description, *path; /* path of the scene file, may be NULL */
-  char *source;                     /* the scene file's text with --set applied, kept in the output; may be NULL */
+  char *source; /* the scene file's text with --set applied, kept in the output; may be NULL */
   hb_parameter *parameters;
   int parameter_count;
   hb_rod_def *rods;
@@ -113,6 +120,7 @@ typedef struct hb_scene_def {
   int force_count;
   hb_method_def method;
   hb_output_def output;
+  uint64_t run; /* number of the run that goes on here (hb_checkpoint.run); 0: a new run */
 } hb_scene_def;
 
 /* Arrays and strings in a definition come from malloc: hb_scene_def_free gives them to free. */
@@ -123,14 +131,15 @@ void hb_force_def_init(hb_force_def *def);
 void hb_support_def_init(hb_support_def *def);
 void hb_scene_def_free(hb_scene_def *def); /* frees everything inside, also formulas; not the struct itself */
 
-/* ---- compiled model: constant during a run, shared between threads ------------------------------------------ */
+/* ---- compiled model: constant during a run, shared between threads
+ * ------------------------------------------ */
 
 typedef struct hb_rod {
   const char *name;
   int index, first, nv;
-  bool closed_form;   /* isotropic, straight at rest, no viscosity: twist in closed form */
-  bool twist_free;    /* closed_form and no span has both ends held: no twisting moment ever */
-  double length;      /* rest length */
+  bool closed_form; /* isotropic, straight at rest, no viscosity: twist in closed form */
+  bool twist_free;  /* closed_form and no span has both ends held: no twisting moment ever */
+  double length;    /* rest length */
   int first_span, span_count;
   int first_frame, frame_count;       /* its entries in frames, in order of edges */
   int first_position, position_count; /* its entries in positions, bases before what hangs on them */
@@ -141,9 +150,10 @@ typedef struct hb_span {
   int rod;
   int first_edge, last_edge;   /* slots; the span's interior vertices are first_edge+1 .. last_edge */
   int first_frame, last_frame; /* index into frames, or -1: stress-free end */
-  int first_panel, panel_count; /* panels of at most HB_PANEL_EDGES edges; 0 where the span carries no twist */
-  double compliance;           /* sum of l_i / (2 beta_i) */
-  double natural_twist;        /* sum of rest twists */
+  int first_panel,
+      panel_count;      /* panels of at most HB_PANEL_EDGES edges; 0 where the span carries no twist */
+  double compliance;    /* sum of l_i / (2 beta_i) */
+  double natural_twist; /* sum of rest twists */
 } hb_span;
 #define HB_PANEL_EDGES 64
 
@@ -153,17 +163,17 @@ typedef struct hb_panel {
 } hb_panel;
 
 typedef struct hb_position_support {
-  int slot;               /* vertex */
+  int slot; /* vertex */
   const hb_support_def *def;
-  bool tangent;           /* this vertex is placed along a prescribed tangent from base */
-  int base, edge;         /* tangent: base vertex slot and edge slot; sign: +1 vertex = base + l t, -1 base - l t */
+  bool tangent;   /* this vertex is placed along a prescribed tangent from base */
+  int base, edge; /* tangent: base vertex slot and edge slot; sign: +1 vertex = base + l t, -1 base - l t */
   double sign;
   bool fixed[3];
   double initial[3];
 } hb_position_support;
 
 typedef struct hb_frame_support {
-  int slot;               /* edge */
+  int slot; /* edge */
   const hb_support_def *def;
 } hb_frame_support;
 
@@ -174,21 +184,21 @@ typedef struct hb_model {
   /* one entry per slot (or 2, 3, 4 where said) */
   int *rod_of;
   double *rest_length, *inv_rest_length; /* |e-bar^j|; 0 at a rod's last slot */
-  double *arc;             /* arc length of vertices in the rest shape */
-  double *voronoi;         /* l_i = |e-bar^{i-1}| + |e-bar^i|; 0 at end vertices */
-  double *weight;          /* length that belongs to a vertex: l_i/2, half an edge at ends */
+  double *arc;                           /* arc length of vertices in the rest shape */
+  double *voronoi;                       /* l_i = |e-bar^{i-1}| + |e-bar^i|; 0 at end vertices */
+  double *weight;                        /* length that belongs to a vertex: l_i/2, half an edge at ends */
   double *mass;
-  double *inv_mass;        /* 3 per slot: 0 for a prescribed coordinate */
-  double *alpha;           /* bending modulus at interior vertices (closed-form rods) */
-  double *bend_gain;       /* 8 alpha_i / l_i: the only bending number a closed-form step needs */
-  double *B;               /* 3 per edge slot: B11 B12 B22 */
-  double *viscosity;       /* per edge slot */
-  double *beta;            /* interior vertices */
-  double *twist_gain;      /* 2 beta_i / l_i */
-  double *rest_twist;      /* m-bar_i */
-  double *rest_omega;      /* 4 per interior vertex: omega-bar_i^{i-1} (2), omega-bar_i^i (2) */
-  double *rest_pull;       /* 4: B^j omega-bar_i^j */
-  double *start_m1;        /* 3 per rod: u^0, director of the first Bishop frame of the initial shape */
+  double *inv_mass;   /* 3 per slot: 0 for a prescribed coordinate */
+  double *alpha;      /* bending modulus at interior vertices (closed-form rods) */
+  double *bend_gain;  /* 8 alpha_i / l_i: the only bending number a closed-form step needs */
+  double *B;          /* 3 per edge slot: B11 B12 B22 */
+  double *viscosity;  /* per edge slot */
+  double *beta;       /* interior vertices */
+  double *twist_gain; /* 2 beta_i / l_i */
+  double *rest_twist; /* m-bar_i */
+  double *rest_omega; /* 4 per interior vertex: omega-bar_i^{i-1} (2), omega-bar_i^i (2) */
+  double *rest_pull;  /* 4: B^j omega-bar_i^j */
+  double *start_m1;   /* 3 per rod: u^0, director of the first Bishop frame of the initial shape */
   hb_span *spans;
   int span_count;
   hb_panel *panels;
@@ -197,10 +207,10 @@ typedef struct hb_model {
   int position_count;
   hb_frame_support *frames;
   int frame_count;
-  int *frame_of;           /* per edge slot: index into frames or -1 */
+  int *frame_of; /* per edge slot: index into frames or -1 */
   bool any_general, any_viscosity, any_follower;
-  double *initial;         /* 3 per slot: the initial shape as given, supports at t = 0 in their places */
-  char **notes;            /* sentences that check and run show, e.g. "constraints leave no room" */
+  double *initial; /* 3 per slot: the initial shape as given, supports at t = 0 in their places */
+  char **notes;    /* sentences that check and run show, e.g. "constraints leave no room" */
   int note_count;
 } hb_model;
 
@@ -208,9 +218,9 @@ typedef struct hb_model {
 hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err);
 void hb_model_free(hb_model *model);
 
-/* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist, tension
- * from the loads and speeds at the start, viscosity, damping. rod: gets the rod that limits it, NULL allowed. INFINITY
- * if nothing limits it: without bending, damping, loads and motion there is no estimate. */
+/* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist,
+ * tension from the loads and speeds at the start, viscosity, damping. rod: gets the rod that limits it, NULL
+ * allowed. INFINITY if nothing limits it: without bending, damping, loads and motion there is no estimate. */
 double hb_model_stable_step(const hb_model *model, int *rod);
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 /* hebra/plug.h - the three small interfaces through which parts meet.
  *
- * A new effect is one file that exports one const object, one line in the list in src/sim/builtin.c, and it is swept by
- * the contract tests from then on. */
+ * A new effect is one file that exports one const object, one line in the list in src/sim/builtin.c, and it
+ * is swept by the contract tests from then on. */
 #ifndef HEBRA_PLUG_H
 #define HEBRA_PLUG_H
 
@@ -27,14 +27,15 @@ typedef struct hb_force_term {
   const char *name, *text;
   /* Is there anything to do for this rod? */
   bool (*active)(const hb_model *model, const hb_rod *rod);
-  /* Adds the force on one rod at time t to f. x, v, f, m1: 3 per slot of the whole model; only the rod's slots are
-   * read and written. m1 (first directors) is NULL unless the model has follower loads. */
-  void (*add)(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v, const double *m1,
-              double *f);
-  /* Potential energy of one rod, if the force has one that is a function of x (and t) alone; NULL otherwise. */
+  /* Adds the force on one rod at time t to f. x, v, f, m1: 3 per slot of the whole model; only the rod's
+   * slots are read and written. m1 (first directors) is NULL unless the model has follower loads. */
+  void (*add)(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
+              const double *m1, double *f);
+  /* Potential energy of one rod, if the force has one that is a function of x (and t) alone; NULL otherwise.
+   */
   double (*energy)(const hb_model *model, const hb_rod *rod, double t, const double *x);
   bool uses_velocity; /* depends on v: second-order schemes then extrapolate the velocities */
-  bool dissipative; /* its work counts as dissipated energy, not as work of loads */
+  bool dissipative;   /* its work counts as dissipated energy, not as work of loads */
 } hb_force_term;
 
 /* A set of scalar constraints C(x) = 0 with tridiagonal coupling along each rod. */
@@ -52,8 +53,8 @@ typedef struct hb_stepper hb_stepper;
 /* A time integrator. */
 typedef struct hb_integrator {
   const char *name, *text;
-  int order;          /* claimed order of convergence */
-  bool symmetric;     /* conserves angular momentum to round-off and shows no energy drift */
+  int order;      /* claimed order of convergence */
+  bool symmetric; /* conserves angular momentum to round-off and shows no energy drift */
   hb_status (*step)(hb_stepper *stepper, double h, hb_error *err);
 } hb_integrator;
 

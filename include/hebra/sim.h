@@ -10,12 +10,13 @@ extern "C" {
 
 typedef struct hb_sim hb_sim;
 
-/* Builds the initial state (lengths corrected, frames set, twist relaxed, forces evaluated). model must outlive it. */
+/* Builds the initial state (lengths corrected, frames set, twist relaxed, forces evaluated). model must
+ * outlive it. */
 hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err);
 void hb_sim_free(hb_sim *sim);
 
-/* One step of method.time_step. Allocates nothing. After an error the state is not to be used any more; restore a
- * block that was saved before to go on. */
+/* One step of method.time_step. Allocates nothing. After an error the state is not to be used any more;
+ * restore a block that was saved before to go on. */
 hb_status hb_sim_step(hb_sim *sim, hb_error *err);
 
 const hb_model *hb_sim_model(const hb_sim *sim);
@@ -27,47 +28,49 @@ double hb_sim_time(const hb_sim *sim);
 long hb_sim_steps(const hb_sim *sim);
 long hb_sim_total_steps(const hb_sim *sim); /* ceil(duration / time_step - 1e-9) */
 size_t hb_sim_memory(const hb_sim *sim);    /* bytes of state and workspace */
-/* Seconds spent per stage, extrapolated from the timed steps. Only if hb_sim_time_stages(sim, n): time every n-th step. */
+/* Seconds spent per stage, extrapolated from the timed steps. Only if hb_sim_time_stages(sim, n): time every
+ * n-th step. */
 void hb_sim_time_stages(hb_sim *sim, int every);
 void hb_sim_stage_seconds(const hb_sim *sim, double seconds[HB_STAGE_COUNT]);
 
 /* Puts a saved block (count doubles, from hb_state.block) back. HB_ERR_INPUT if it does not fit the model. */
 hb_status hb_sim_restore(hb_sim *sim, const double *block, size_t count, hb_error *err);
 
-/* ---- measuring: everything a user may want to see, computed from a state ----------------------------------- */
+/* ---- measuring: everything a user may want to see, computed from a state
+ * ----------------------------------- */
 
 typedef enum hb_location { HB_ON_VERTEX, HB_ON_EDGE } hb_location;
 
 /* name, components, location, unit in words of the user's units, one sentence */
-#define HB_FRAME_FIELDS(F)                                                                                     \
-  F(position, 3, HB_ON_VERTEX, "length", "vertex positions")                                                   \
-  F(velocity, 3, HB_ON_VERTEX, "length/time", "vertex velocities")                                             \
-  F(tangent, 3, HB_ON_EDGE, "1", "unit tangent, towards the next vertex")                                      \
-  F(m1, 3, HB_ON_EDGE, "1", "first material director")                                                         \
-  F(m2, 3, HB_ON_EDGE, "1", "second material director, tangent x m1")                                          \
-  F(bishop_u, 3, HB_ON_EDGE, "1", "first director of the twist-free (Bishop) frame; theta counts from it")     \
-  F(bishop_v, 3, HB_ON_EDGE, "1", "second director of the twist-free frame, tangent x bishop_u")               \
-  F(theta, 1, HB_ON_EDGE, "rad", "material angle against the Bishop frame, windings counted")                  \
-  F(curvature_binormal, 3, HB_ON_VERTEX, "1", "normal of the bend's plane, size 2 tan(bend/2); 0 at ends")     \
-  F(curvature, 1, HB_ON_VERTEX, "1/length", "size of the binormal over the vertex's length")                   \
-  F(omega, 4, HB_ON_VERTEX, "1", "binormal along m2, -m1 of the edge before (2) and behind (2)")               \
-  F(twist, 1, HB_ON_VERTEX, "rad", "twist between the two edges of the vertex")                                \
-  F(twist_density, 1, HB_ON_VERTEX, "rad/length", "twist over the vertex's length")                            \
-  F(energy_bending, 1, HB_ON_VERTEX, "energy", "bending energy of the vertex")                                 \
-  F(energy_twisting, 1, HB_ON_VERTEX, "energy", "twisting energy of the vertex")                               \
-  F(energy_kinetic, 1, HB_ON_VERTEX, "energy", "kinetic energy of the vertex")                                 \
-  F(tension, 1, HB_ON_EDGE, "force", "axial force, positive in tension")                                       \
-  F(twisting_moment, 1, HB_ON_VERTEX, "force*length", "modulus times twist density beyond the rest")           \
-  F(reaction, 3, HB_ON_VERTEX, "force", "force of a support on a prescribed vertex")                           \
+#define HB_FRAME_FIELDS(F)                                                                                   \
+  F(position, 3, HB_ON_VERTEX, "length", "vertex positions")                                                 \
+  F(velocity, 3, HB_ON_VERTEX, "length/time", "vertex velocities")                                           \
+  F(tangent, 3, HB_ON_EDGE, "1", "unit tangent, towards the next vertex")                                    \
+  F(m1, 3, HB_ON_EDGE, "1", "first material director")                                                       \
+  F(m2, 3, HB_ON_EDGE, "1", "second material director, tangent x m1")                                        \
+  F(bishop_u, 3, HB_ON_EDGE, "1", "first director of the twist-free (Bishop) frame; theta counts from it")   \
+  F(bishop_v, 3, HB_ON_EDGE, "1", "second director of the twist-free frame, tangent x bishop_u")             \
+  F(theta, 1, HB_ON_EDGE, "rad", "material angle against the Bishop frame, windings counted")                \
+  F(curvature_binormal, 3, HB_ON_VERTEX, "1", "normal of the bend's plane, size 2 tan(bend/2); 0 at ends")   \
+  F(curvature, 1, HB_ON_VERTEX, "1/length", "size of the binormal over the vertex's length")                 \
+  F(omega, 4, HB_ON_VERTEX, "1", "binormal along m2, -m1 of the edge before (2) and behind (2)")             \
+  F(twist, 1, HB_ON_VERTEX, "rad", "twist between the two edges of the vertex")                              \
+  F(twist_density, 1, HB_ON_VERTEX, "rad/length", "twist over the vertex's length")                          \
+  F(energy_bending, 1, HB_ON_VERTEX, "energy", "bending energy of the vertex")                               \
+  F(energy_twisting, 1, HB_ON_VERTEX, "energy", "twisting energy of the vertex")                             \
+  F(energy_kinetic, 1, HB_ON_VERTEX, "energy", "kinetic energy of the vertex")                               \
+  F(tension, 1, HB_ON_EDGE, "force", "axial force, positive in tension")                                     \
+  F(twisting_moment, 1, HB_ON_VERTEX, "force*length", "modulus times twist density beyond the rest")         \
+  F(reaction, 3, HB_ON_VERTEX, "force", "force of a support on a prescribed vertex")                         \
   F(torque, 1, HB_ON_EDGE, "force*length", "torque about the tangent of a support on a prescribed frame")
 
 /* A measured moment. Arrays run over slots as in the model; unused slots are 0. */
 typedef struct hb_frame {
   double time;
   long step;
-  double kinetic, bending, twisting, gravity; /* energies; gravity only for constant uniform fields */
+  double kinetic, bending, twisting, gravity;   /* energies; gravity only for constant uniform fields */
   double work_loads, work_supports, dissipated; /* totals since the start; work_loads includes gravity */
-  double balance;                    /* kinetic+bending+twisting now - at start - work + dissipated: the scheme's error */
+  double balance; /* kinetic+bending+twisting now - at start - work + dissipated: the scheme's error */
   double momentum[3], angular_momentum[3];
   double length_error, worst_length_error;
 #define HB_DECLARE(name, components, location, unit, text) double *name;

@@ -20,6 +20,7 @@ void *hb_realloc(void *block, size_t count, size_t size) {
   return realloc(block, bytes ? bytes : 1);
 }
 
+/* Back to the system. */
 void hb_free(void *block) { free(block); }
 
 /* Copy of a string. */

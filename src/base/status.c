@@ -20,4 +20,5 @@ hb_status hb_fail_memory(hb_error *err, const char *what) {
   return hb_fail(err, HB_ERR_MEMORY, "out of memory: %s", what);
 }
 
+/* Version of the library. */
 const char *hb_version(void) { return HB_VERSION; }

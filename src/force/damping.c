@@ -2,7 +2,9 @@
 #include "force/force.h"
 
 /* Is it switched on for this rod? */
-static bool active(const hb_model *model, const hb_rod *rod) { return model->def->rods[rod->index].mass_damping > 0; }
+static bool active(const hb_model *model, const hb_rod *rod) {
+  return model->def->rods[rod->index].mass_damping > 0;
+}
 
 /* Adds -c m v. */
 static void add(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
@@ -15,4 +17,5 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
     hb_v3_accumulate(f + 3 * i, hb_v3_scale(-c * model->mass[i], hb_v3_load(v + 3 * i)));
 }
 
-const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true, true};
+const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true,
+                                        true};

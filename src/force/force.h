@@ -7,7 +7,8 @@
 
 extern const hb_force_term hb_force_gravity, hb_force_load, hb_force_wind, hb_force_damping;
 
-/* Three formulas of a load at one time: evaluated once where they are the same everywhere, else per vertex. */
+/* Three formulas of a load at one time: evaluated once where they are the same everywhere, else per vertex.
+ */
 typedef struct hb_load_values {
   const hb_force_def *def;
   double t;
@@ -17,6 +18,7 @@ typedef struct hb_load_values {
 
 hb_load_values hb_load_begin(const hb_force_def *def, double t);
 /* Value at vertex slot i, which is at x[3 i]. */
-hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i, const double *x);
+hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,
+                 const double *x);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include "math/vec3.h"
 
+/* Is it weight, and for this rod? */
 static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
   return def->kind == HB_FORCE_GRAVITY && (def->rod < 0 || def->rod == rod->index);
 }
@@ -41,5 +42,5 @@ static double energy(const hb_model *model, const hb_rod *rod, double t, const d
   return sum;
 }
 
-const hb_force_term hb_force_gravity = {"gravity", "weight of every vertex in a field of acceleration", active, add,
-                                        energy, false, false};
+const hb_force_term hb_force_gravity = {
+    "gravity", "weight of every vertex in a field of acceleration", active, add, energy, false, false};

@@ -10,7 +10,8 @@ hb_load_values hb_load_begin(const hb_force_def *def, double t) {
   vars[HB_VAR_T] = t;
   for (int c = 0; c < 3; c++) {
     for (int k = 0; k < HB_VAR_COUNT; k++)
-      if (k != HB_VAR_T && def->value[c] && hb_formula_uses(def->value[c], (hb_variable)k)) values.uniform = false;
+      if (k != HB_VAR_T && def->value[c] && hb_formula_uses(def->value[c], (hb_variable)k))
+        values.uniform = false;
     out[c] = def->value[c] ? hb_formula_eval(def->value[c], vars) : 0;
   }
   values.value = hb_v3_load(out);
@@ -18,7 +19,8 @@ hb_load_values hb_load_begin(const hb_force_def *def, double t) {
 }
 
 /* The value at one vertex. */
-hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i, const double *x) {
+hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,
+                 const double *x) {
   if (values->uniform) return values->value;
   double vars[HB_VAR_COUNT] = {0}, out[3];
   vars[HB_VAR_T] = values->t;
@@ -27,12 +29,15 @@ hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_r
   vars[HB_VAR_I] = i - rod->first;
   vars[HB_VAR_L] = rod->length;
   for (int c = 0; c < 3; c++) vars[HB_VAR_X + c] = x[3 * i + c];
-  for (int c = 0; c < 3; c++) out[c] = values->def->value[c] ? hb_formula_eval(values->def->value[c], vars) : 0;
+  for (int c = 0; c < 3; c++)
+    out[c] = values->def->value[c] ? hb_formula_eval(values->def->value[c], vars) : 0;
   return hb_v3_load(out);
 }
 
+/* Is it a load of this file, and for this rod? */
 static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
-  bool kind = def->kind == HB_FORCE_POINT || def->kind == HB_FORCE_DISTRIBUTED || def->kind == HB_FORCE_PER_VERTEX;
+  bool kind =
+      def->kind == HB_FORCE_POINT || def->kind == HB_FORCE_DISTRIBUTED || def->kind == HB_FORCE_PER_VERTEX;
   return kind && (def->rod < 0 || def->rod == rod->index);
 }
 
@@ -50,7 +55,8 @@ static hb_v3 on_frame(hb_v3 a, int j, const double *x, const double *m1) {
   return hb_v3_axpy(hb_v3_axpy(hb_v3_scale(a.x, t), a.y, d1), a.z, d2);
 }
 
-/* A follower's components at vertex i turned into space: half with each neighbouring edge, all with the only one. */
+/* A follower's components at vertex i turned into space: half with each neighbouring edge, all with the only
+ * one. */
 static hb_v3 follow(hb_v3 a, const hb_rod *rod, int i, const double *x, const double *m1) {
   int last = rod->first + rod->nv - 1;
   if (i == rod->first) return on_frame(a, i, x, m1);
@@ -78,5 +84,5 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
   }
 }
 
-const hb_force_term hb_force_load = {"load", "point, distributed and per-vertex loads, dead or follower", active, add,
-                                     NULL, false, false};
+const hb_force_term hb_force_load = {
+    "load", "point, distributed and per-vertex loads, dead or follower", active, add, NULL, false, false};

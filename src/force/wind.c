@@ -1,10 +1,12 @@
 /* Drag of a moving medium on the rod, split along and across the rod.
  *
- * With the relative velocity w = (velocity of the rod) - (velocity of the medium), its part along the local tangent
- * w_t and the rest w_n, the force per length is -(linear_n + quadratic_n |w_n|) w_n - (linear_t + quadratic_t |w_t|) w_t:
- * resistive-force theory in the linear terms, the cross-flow law of Taylor (1952) in the quadratic ones. */
+ * With the relative velocity w = (velocity of the rod) - (velocity of the medium), its part along the local
+ * tangent w_t and the rest w_n, the force per length is -(linear_n + quadratic_n |w_n|) w_n - (linear_t +
+ * quadratic_t |w_t|) w_t: resistive-force theory in the linear terms, the cross-flow law of Taylor (1952) in
+ * the quadratic ones. */
 #include "force/force.h"
 
+/* Is it a wind, and for this rod? */
 static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
   return def->kind == HB_FORCE_WIND && (def->rod < 0 || def->rod == rod->index);
 }
@@ -43,4 +45,5 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
   }
 }
 
-const hb_force_term hb_force_wind = {"wind", "linear and quadratic drag of a moving medium", active, add, NULL, true, false};
+const hb_force_term hb_force_wind = {
+    "wind", "linear and quadratic drag of a moving medium", active, add, NULL, true, false};

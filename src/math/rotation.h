@@ -1,4 +1,5 @@
-/* Rotations and parallel transport, in half-angle algebra: no sines, no cosines, except for prescribed angles.
+/* Rotations and parallel transport, in half-angle algebra: no sines, no cosines, except for prescribed
+ * angles.
  *
  * The rotation P that takes the unit tangent a to the unit tangent b about a x b is the unit quaternion along
  * (1 + a.b, a x b); it is not defined for b = -a (Bergou et al. 2008, section 4). */
@@ -20,9 +21,9 @@ typedef struct hb_quat {
 /* Product a b: first b, then a. */
 static inline hb_quat hb_quat_mul(hb_quat a, hb_quat b) {
   hb_v3 c = hb_v3_cross(a.v, b.v);
-  return (hb_quat){a.w * b.w - hb_v3_dot(a.v, b.v),
-                   {a.w * b.v.x + b.w * a.v.x + c.x, a.w * b.v.y + b.w * a.v.y + c.y,
-                    a.w * b.v.z + b.w * a.v.z + c.z}};
+  return (hb_quat){
+      a.w * b.w - hb_v3_dot(a.v, b.v),
+      {a.w * b.v.x + b.w * a.v.x + c.x, a.w * b.v.y + b.w * a.v.y + c.y, a.w * b.v.z + b.w * a.v.z + c.z}};
 }
 
 /* Rotates p by q, whatever the norm of q (> 0). */
@@ -37,9 +38,12 @@ static inline hb_v3 hb_quat_rotate(hb_quat q, hb_v3 p) {
 static inline hb_v3 hb_any_normal(hb_v3 t) {
   double ax = fabs(t.x), ay = fabs(t.y), az = fabs(t.z);
   hb_v3 axis = {0, 0, 0};
-  if (az <= ax && az <= ay) axis.z = 1;
-  else if (ay <= ax) axis.y = 1;
-  else axis.x = 1;
+  if (az <= ax && az <= ay)
+    axis.z = 1;
+  else if (ay <= ax)
+    axis.y = 1;
+  else
+    axis.x = 1;
   return hb_v3_unit(hb_v3_axpy(axis, -hb_v3_dot(axis, t), t));
 }
 
@@ -50,8 +54,9 @@ static inline hb_v3 hb_project_normal(hb_v3 d, hb_v3 t) {
   return n > 1e-9 * hb_v3_norm(d) && n > 0 ? hb_v3_scale(1 / n, p) : hb_any_normal(t);
 }
 
-/* Parallel transport of d (normal to a) from tangent a to tangent b. Where it is undefined d is kept, made normal to
- * b: for b = -a every d normal to a is normal to b, and keeping it is the limit along one of the folds. */
+/* Parallel transport of d (normal to a) from tangent a to tangent b. Where it is undefined d is kept, made
+ * normal to b: for b = -a every d normal to a is normal to b, and keeping it is the limit along one of the
+ * folds. */
 static inline hb_v3 hb_transport(hb_v3 d, hb_v3 a, hb_v3 b) {
   double chi = 1 + hb_v3_dot(a, b);
   if (!(chi > HB_FOLD_LIMIT)) return hb_project_normal(d, b);
@@ -59,7 +64,8 @@ static inline hb_v3 hb_transport(hb_v3 d, hb_v3 a, hb_v3 b) {
   return (hb_v3){d.x - s * (a.x + b.x), d.y - s * (a.y + b.y), d.z - s * (a.z + b.z)};
 }
 
-/* The same, with the round-off of norm and normality taken out, for directors that are carried for many steps. */
+/* The same, with the round-off of norm and normality taken out, for directors that are carried for many
+ * steps. */
 static inline hb_v3 hb_carry(hb_v3 d, hb_v3 a, hb_v3 b) {
   hb_v3 r = hb_transport(d, a, b);
   r = hb_v3_axpy(r, -hb_v3_dot(r, b), b);

@@ -8,13 +8,15 @@
 #include <string.h>
 
 /* Sentence with the place in the scene file in front, where it is known. */
-hb_status hb_compile_fail(const hb_scene_def *def, int line, int column, hb_error *err, const char *format, ...) {
+hb_status hb_compile_fail(const hb_scene_def *def, int line, int column, hb_error *err, const char *format,
+                          ...) {
   char text[768];
   va_list args;
   va_start(args, format);
   vsnprintf(text, sizeof text, format, args);
   va_end(args);
-  if (line > 0) return hb_fail(err, HB_ERR_INPUT, "%s:%d:%d: %s", def->path ? def->path : "scene", line, column, text);
+  if (line > 0)
+    return hb_fail(err, HB_ERR_INPUT, "%s:%d:%d: %s", def->path ? def->path : "scene", line, column, text);
   return hb_fail(err, HB_ERR_INPUT, "%s", text);
 }
 
@@ -39,11 +41,12 @@ static hb_status allocate_tables(hb_model *m, hb_error *err) {
   struct {
     double **table;
     int components;
-  } tables[] = {{&m->rest_length, 1}, {&m->inv_rest_length, 1}, {&m->arc, 1},       {&m->voronoi, 1},
-                {&m->weight, 1},      {&m->mass, 1},            {&m->inv_mass, 3},  {&m->alpha, 1},
-                {&m->bend_gain, 1},   {&m->B, 3},               {&m->viscosity, 1}, {&m->beta, 1},
-                {&m->twist_gain, 1},  {&m->rest_twist, 1},      {&m->rest_omega, 4}, {&m->rest_pull, 4},
-                {&m->initial, 3}};
+  } tables[] = {{&m->rest_length, 1}, {&m->inv_rest_length, 1}, {&m->arc, 1},
+                {&m->voronoi, 1},     {&m->weight, 1},          {&m->mass, 1},
+                {&m->inv_mass, 3},    {&m->alpha, 1},           {&m->bend_gain, 1},
+                {&m->B, 3},           {&m->viscosity, 1},       {&m->beta, 1},
+                {&m->twist_gain, 1},  {&m->rest_twist, 1},      {&m->rest_omega, 4},
+                {&m->rest_pull, 4},   {&m->initial, 3}};
   for (size_t k = 0; k < sizeof tables / sizeof tables[0]; k++) {
     *tables[k].table = hb_alloc((size_t)m->nv * (size_t)tables[k].components, sizeof(double));
     if (!*tables[k].table) return hb_fail_memory(err, "tables of the model");
@@ -63,11 +66,14 @@ static hb_status number_slots(hb_model *m, hb_error *err) {
   m->rod_count = def->rod_count;
   long long slots = 0;
   for (int r = 0; r < def->rod_count; r++) {
-    m->rods[r] = (hb_rod){.name = def->rods[r].name ? def->rods[r].name : "rod", .index = r, .first = (int)slots,
+    m->rods[r] = (hb_rod){.name = def->rods[r].name ? def->rods[r].name : "rod",
+                          .index = r,
+                          .first = (int)slots,
                           .nv = def->rods[r].nv};
     slots += def->rods[r].nv;
     if (slots > 100000000)
-      return hb_fail(err, HB_ERR_INPUT, "%lld vertices are too many; at most 100 million are possible", slots);
+      return hb_fail(err, HB_ERR_INPUT, "%lld vertices are too many; at most 100 million are possible",
+                     slots);
   }
   m->nv = (int)slots;
   return HB_OK;
@@ -119,11 +125,11 @@ hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err
 void hb_model_free(hb_model *m) {
   if (!m) return;
   for (int k = 0; k < m->note_count; k++) hb_free(m->notes[k]);
-  void *tables[] = {m->notes,      m->rods,      m->rod_of,     m->rest_length, m->inv_rest_length, m->arc,
-                    m->voronoi,    m->weight,    m->mass,       m->inv_mass,    m->alpha,           m->bend_gain,
-                    m->B,          m->viscosity, m->beta,       m->twist_gain,  m->rest_twist,      m->rest_omega,
-                    m->rest_pull,  m->spans,     m->panels,     m->positions,   m->frames,          m->frame_of,
-                    m->initial,    m->start_m1};
+  void *tables[] = {m->notes,     m->rods,      m->rod_of, m->rest_length, m->inv_rest_length, m->arc,
+                    m->voronoi,   m->weight,    m->mass,   m->inv_mass,    m->alpha,           m->bend_gain,
+                    m->B,         m->viscosity, m->beta,   m->twist_gain,  m->rest_twist,      m->rest_omega,
+                    m->rest_pull, m->spans,     m->panels, m->positions,   m->frames,          m->frame_of,
+                    m->initial,   m->start_m1};
   for (size_t k = 0; k < sizeof tables / sizeof tables[0]; k++) hb_free(tables[k]);
   hb_free(m);
 }

@@ -5,8 +5,8 @@
 #include "hebra/model.h"
 
 /* Fails with "path:line:column: sentence" where the place is known. */
-hb_status hb_compile_fail(const hb_scene_def *def, int line, int column, hb_error *err, const char *format, ...)
-    HB_PRINTF(5, 6);
+hb_status hb_compile_fail(const hb_scene_def *def, int line, int column, hb_error *err, const char *format,
+                          ...) HB_PRINTF(5, 6);
 /* Adds a sentence to model->notes. */
 hb_status hb_compile_note(hb_model *model, hb_error *err, const char *format, ...) HB_PRINTF(3, 4);
 

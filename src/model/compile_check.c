@@ -1,4 +1,5 @@
-/* Rules about the numbers of a scene, each with its sentence. Rules about keys and words are the scene reader's. */
+/* Rules about the numbers of a scene, each with its sentence. Rules about keys and words are the scene
+ * reader's. */
 #include "model/compile.h"
 
 #include "math/rotation.h"
@@ -9,42 +10,51 @@
 static hb_status check_force(const hb_scene_def *def, int k, hb_error *err) {
   const hb_force_def *f = &def->forces[k];
   if (f->rod < -1 || f->rod >= def->rod_count)
-    return hb_compile_fail(def, f->line, f->column, err, "forces[%d]: rod %d does not exist; there are %d rods", k, f->rod,
-                           def->rod_count);
+    return hb_compile_fail(def, f->line, f->column, err,
+                           "forces[%d]: rod %d does not exist; there are %d rods", k, f->rod, def->rod_count);
   for (int r = 0; f->kind == HB_FORCE_POINT && r < def->rod_count; r++) {
     int nv = def->rods[r].nv;
     if ((f->rod == -1 || f->rod == r) && (f->vertex >= nv || f->vertex < -nv))
-      return hb_compile_fail(def, f->line, f->column, err, "forces[%d]: vertex %d does not exist; %s has vertices 0 .. %d",
-                             k, f->vertex, def->rods[r].name ? def->rods[r].name : "the rod", nv - 1);
+      return hb_compile_fail(def, f->line, f->column, err,
+                             "forces[%d]: vertex %d does not exist; %s has vertices 0 .. %d", k, f->vertex,
+                             def->rods[r].name ? def->rods[r].name : "the rod", nv - 1);
   }
   for (int c = 0; c < 2; c++)
-    if (!(f->linear[c] >= 0 && isfinite(f->linear[c])) || !(f->quadratic[c] >= 0 && isfinite(f->quadratic[c])))
-      return hb_compile_fail(def, f->line, f->column, err, "forces[%d]: drag coefficients must be finite and >= 0", k);
+    if (!(f->linear[c] >= 0 && isfinite(f->linear[c])) ||
+        !(f->quadratic[c] >= 0 && isfinite(f->quadratic[c])))
+      return hb_compile_fail(def, f->line, f->column, err,
+                             "forces[%d]: drag coefficients must be finite and >= 0", k);
   return HB_OK;
 }
 
 /* Method, output and loads. */
 hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
   const hb_method_def *m = &def->method;
-  if (def->rod_count < 1) return hb_compile_fail(def, 0, 0, err, "the scene has no rods; at least one is needed");
+  if (def->rod_count < 1)
+    return hb_compile_fail(def, 0, 0, err, "the scene has no rods; at least one is needed");
   if (!(m->time_step > 0 && isfinite(m->time_step)))
-    return hb_compile_fail(def, m->line, m->column, err, "method.time_step: %g is not allowed; it must be > 0", m->time_step);
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.time_step: %g is not allowed; it must be > 0", m->time_step);
   if (!(m->duration >= 0 && isfinite(m->duration)))
-    return hb_compile_fail(def, m->line, m->column, err, "method.duration: %g is not allowed; it must be >= 0", m->duration);
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.duration: %g is not allowed; it must be >= 0", m->duration);
   if (m->duration / m->time_step > 1e12)
-    return hb_compile_fail(def, m->line, m->column, err, "method: %g steps are too many; at most 1e12 are possible",
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method: %g steps are too many; at most 1e12 are possible",
                            m->duration / m->time_step);
   if (!(m->length_tolerance > 0 && isfinite(m->length_tolerance)))
-    return hb_compile_fail(def, m->line, m->column, err, "method.length_tolerance: %g is not allowed; it must be > 0",
-                           m->length_tolerance);
-  if (m->length_tolerance_kind == HB_TOLERANCE_RELATIVE && m->length_tolerance < 1e-14)
     return hb_compile_fail(def, m->line, m->column, err,
-                           "method.length_tolerance: %g is below what double precision can hold; at least 1e-14 is needed",
-                           m->length_tolerance);
+                           "method.length_tolerance: %g is not allowed; it must be > 0", m->length_tolerance);
+  if (m->length_tolerance_kind == HB_TOLERANCE_RELATIVE && m->length_tolerance < 1e-14)
+    return hb_compile_fail(
+        def, m->line, m->column, err,
+        "method.length_tolerance: %g is below what double precision can hold; at least 1e-14 is needed",
+        m->length_tolerance);
   if (m->max_projections < 1 || m->max_twist_iterations < 1)
     return hb_compile_fail(def, m->line, m->column, err, "method: iteration limits must be >= 1");
   if (def->output.every < 1)
-    return hb_compile_fail(def, 0, 0, err, "output.every: %d is not allowed; it must be >= 1", def->output.every);
+    return hb_compile_fail(def, 0, 0, err, "output.every: %d is not allowed; it must be >= 1",
+                           def->output.every);
   for (int k = 0; k < def->force_count; k++) {
     hb_status status = check_force(def, k, err);
     if (status) return status;
@@ -53,14 +63,16 @@ hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
 }
 
 /* An array of a rod: every entry finite (and >= 0, > 0 where asked: sign 1, 2). */
-static hb_status check_array(const hb_scene_def *def, const hb_rod_def *r, const char *what, const double *a, int count,
-                             int sign, hb_error *err) {
+static hb_status check_array(const hb_scene_def *def, const hb_rod_def *r, const char *what, const double *a,
+                             int count, int sign, hb_error *err) {
   for (int k = 0; a && k < count; k++) {
     bool good = isfinite(a[k]) && (sign == 0 || (sign == 1 ? a[k] >= 0 : a[k] > 0));
     if (!good)
       return hb_compile_fail(def, r->line, r->column, err, "rod %s: %s at index %d is %g; it must be %s",
                              r->name ? r->name : "?", what, k, a[k],
-                             sign == 0 ? "finite" : sign == 1 ? "finite and >= 0" : "finite and > 0");
+                             sign == 0   ? "finite"
+                             : sign == 1 ? "finite and >= 0"
+                                         : "finite and > 0");
   }
   return HB_OK;
 }
@@ -82,9 +94,10 @@ static hb_status check_forms(const hb_scene_def *def, const hb_rod_def *r, hb_er
   for (int j = 0; j + 1 < r->nv; j++) {
     double b11 = r->B[3 * j], b12 = r->B[3 * j + 1], b22 = r->B[3 * j + 2];
     if (b11 < 0 || b22 < 0 || b12 * b12 > b11 * b22 * (1 + 1e-12))
-      return hb_compile_fail(def, r->line, r->column, err,
-                             "rod %s: the bending form of edge %d, ((%g, %g), (%g, %g)), is not positive semi-definite",
-                             r->name ? r->name : "?", j, b11, b12, b12, b22);
+      return hb_compile_fail(
+          def, r->line, r->column, err,
+          "rod %s: the bending form of edge %d, ((%g, %g), (%g, %g)), is not positive semi-definite",
+          r->name ? r->name : "?", j, b11, b12, b12, b22);
   }
   return HB_OK;
 }
@@ -99,23 +112,27 @@ static int find_fold(const double *x, int nv) {
   return -1;
 }
 
-/* Curvature is infinite at a fold: no rest shape may have one, and no initial shape of a rod that resists bending. */
+/* Curvature is infinite at a fold: no rest shape may have one, and no initial shape of a rod that resists
+ * bending. */
 static hb_status check_folds(const hb_scene_def *def, const hb_rod_def *r, hb_error *err) {
   bool stiff = false;
   for (int k = 0; k < 3 * (r->nv - 1); k++) stiff = stiff || r->B[k] != 0;
-  int rest = r->straight_rest ? -1 : find_fold(r->rest, r->nv), initial = stiff ? find_fold(r->initial, r->nv) : -1;
+  int rest = r->straight_rest ? -1 : find_fold(r->rest, r->nv),
+      initial = stiff ? find_fold(r->initial, r->nv) : -1;
   if (rest < 0 && initial < 0) return HB_OK;
-  return hb_compile_fail(def, r->line, r->column, err,
-                         "rod %s: the %s shape folds back onto itself at vertex %d; its curvature there is infinite",
-                         r->name ? r->name : "?", rest >= 0 ? "rest" : "initial", rest >= 0 ? rest : initial);
+  return hb_compile_fail(
+      def, r->line, r->column, err,
+      "rod %s: the %s shape folds back onto itself at vertex %d; its curvature there is infinite",
+      r->name ? r->name : "?", rest >= 0 ? "rest" : "initial", rest >= 0 ? rest : initial);
 }
 
 /* All rules of one rod. */
 hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err) {
   const hb_rod_def *r = &def->rods[rod];
   if (r->nv < 3)
-    return hb_compile_fail(def, r->line, r->column, err, "rod %s: %d vertices are too few; at least 3 are needed",
-                           r->name ? r->name : "?", r->nv);
+    return hb_compile_fail(def, r->line, r->column, err,
+                           "rod %s: %d vertices are too few; at least 3 are needed", r->name ? r->name : "?",
+                           r->nv);
   if (!r->rest || !r->initial || !r->mass || !r->B || !r->beta)
     return hb_compile_fail(def, r->line, r->column, err,
                            "rod %s: rest shape, initial shape, mass, bending and twisting must all be given",
@@ -124,12 +141,18 @@ hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err) 
     const char *what;
     const double *a;
     int count, sign;
-  } arrays[] = {{"rest shape", r->rest, 3 * r->nv, 0},           {"initial shape", r->initial, 3 * r->nv, 0},
-                {"velocity", r->velocity, 3 * r->nv, 0},         {"mass", r->mass, r->nv, 2},
-                {"bending", r->B, 3 * (r->nv - 1), 0},           {"twisting", r->beta, r->nv, 1},
-                {"viscosity", r->viscosity, r->nv - 1, 1},       {"natural twist", r->natural_twist, r->nv, 0},
-                {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0}, {"mass damping", &r->mass_damping, 1, 1},
-                {"radius", &r->radius, 1, 2},                    {"director", r->first_director, 3, 0}};
+  } arrays[] = {{"rest shape", r->rest, 3 * r->nv, 0},
+                {"initial shape", r->initial, 3 * r->nv, 0},
+                {"velocity", r->velocity, 3 * r->nv, 0},
+                {"mass", r->mass, r->nv, 2},
+                {"bending", r->B, 3 * (r->nv - 1), 0},
+                {"twisting", r->beta, r->nv, 1},
+                {"viscosity", r->viscosity, r->nv - 1, 1},
+                {"natural twist", r->natural_twist, r->nv, 0},
+                {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
+                {"mass damping", &r->mass_damping, 1, 1},
+                {"radius", &r->radius, 1, 2},
+                {"director", r->first_director, 3, 0}};
   hb_status status = HB_OK;
   for (size_t k = 0; !status && k < sizeof arrays / sizeof arrays[0]; k++)
     status = check_array(def, r, arrays[k].what, arrays[k].a, arrays[k].count, arrays[k].sign, err);

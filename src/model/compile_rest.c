@@ -1,17 +1,19 @@
-/* The rest shape of one rod as numbers: lengths, stiffness per vertex, rest curvature and twist (docs/theory, 2). */
+/* The rest shape of one rod as numbers: lengths, stiffness per vertex, rest curvature and twist (docs/theory,
+ * 2). */
 #include "model/compile.h"
 
 #include "math/rotation.h"
 
 #include <float.h>
 
-/* Rest curvatures below this are the round-off of a straight line: of its direction, and of coordinates that are big
- * against the edges. */
+/* Rest curvatures below this are the round-off of a straight line: of its direction, and of coordinates that
+ * are big against the edges. */
 static double straight_limit(const hb_rod_def *def) {
   double biggest = 0, shortest = HUGE_VAL;
   for (int k = 0; k < 3 * def->nv; k++) biggest = fmax(biggest, fabs(def->rest[k]));
   for (int j = 0; j + 1 < def->nv; j++)
-    shortest = fmin(shortest, hb_v3_norm(hb_v3_sub(hb_v3_load(def->rest + 3 * j + 3), hb_v3_load(def->rest + 3 * j))));
+    shortest = fmin(shortest,
+                    hb_v3_norm(hb_v3_sub(hb_v3_load(def->rest + 3 * j + 3), hb_v3_load(def->rest + 3 * j))));
   return 1e-12 + 8 * DBL_EPSILON * biggest / shortest;
 }
 
@@ -121,7 +123,8 @@ void hb_compile_rest(hb_model *m, int r) {
     for (int k = 4 * rod->first; k < 4 * (rod->first + rod->nv); k++) m->rest_omega[k] = 0;
   compile_stiffness(m, def, rod);
   rod->closed_form = isotropic(def) && straight && !def->viscosity;
-  hb_v3 t_rest = tangent_of(def->rest, 0), t0 = tangent_of(def->initial, 0), given = hb_v3_load(def->first_director);
+  hb_v3 t_rest = tangent_of(def->rest, 0), t0 = tangent_of(def->initial, 0),
+        given = hb_v3_load(def->first_director);
   hb_v3 u0 = hb_v3_norm(given) > 0 ? hb_project_normal(given, t0)
                                    : hb_transport(first_rest_director(def, t_rest), t_rest, t0);
   hb_v3_store(&m->start_m1[3 * r], u0);

@@ -147,6 +147,11 @@ static bool pinned(const hb_model *m, int slot) {
   return m->inv_mass[3 * slot] == 0 && m->inv_mass[3 * slot + 1] == 0 && m->inv_mass[3 * slot + 2] == 0;
 }
 
+/* True if any coordinate of a vertex is prescribed. */
+static bool held_somehow(const hb_model *m, int slot) {
+  return m->inv_mass[3 * slot] == 0 || m->inv_mass[3 * slot + 1] == 0 || m->inv_mass[3 * slot + 2] == 0;
+}
+
 /* True if the initial shape is longer between two vertices than the rest shape: taking its lengths would
  * help. */
 static bool initial_is_longer(const hb_model *m, const hb_rod *rod, int a, int b) {
@@ -156,14 +161,20 @@ static bool initial_is_longer(const hb_model *m, const hb_rod *rod, int a, int b
   return length > m->arc[b] - m->arc[a];
 }
 
-/* The rod between neighbouring pinned vertices a and b must reach. */
+/* The rod between neighbouring prescribed vertices a and b must reach. */
 static hb_status check_reach(hb_model *m, const hb_rod *rod, int a, int b, hb_error *err) {
   double length = m->arc[b] - m->arc[a];
-  double distance = hb_v3_norm(hb_v3_sub(hb_v3_load(&m->initial[3 * b]), hb_v3_load(&m->initial[3 * a])));
+  double square = 0;
+  for (int c = 0; c < 3; c++) /* only what both hold keeps them apart */
+    if (m->inv_mass[3 * a + c] == 0 && m->inv_mass[3 * b + c] == 0)
+      square +=
+          (m->initial[3 * b + c] - m->initial[3 * a + c]) * (m->initial[3 * b + c] - m->initial[3 * a + c]);
+  bool whole = pinned(m, a) && pinned(m, b);
+  double distance = sqrt(square);
   double slack = 1e-9 * length;
   int i = a - rod->first, k = b - rod->first;
   const hb_rod_def *def = &m->def->rods[rod->index];
-  if (b == a + 1 && fabs(distance - length) > 1e-7 * length)
+  if (b == a + 1 && whole && fabs(distance - length) > 1e-7 * length)
     return hb_compile_fail(
         m->def, def->line, def->column, err,
         "rod %s: vertices %d and %d are both prescribed, %.9g apart, but edge %d is %.9g long", rod->name, i,
@@ -187,11 +198,11 @@ static hb_status check_reach(hb_model *m, const hb_rod *rod, int a, int b, hb_er
   return HB_OK;
 }
 
-/* Reach between all neighbouring pinned vertices of a rod. */
+/* Reach between all neighbouring prescribed vertices of a rod. */
 static hb_status check_room(hb_model *m, const hb_rod *rod, hb_error *err) {
   int last = -1;
   for (int k = rod->first; k < rod->first + rod->nv; k++) {
-    if (!pinned(m, k)) continue;
+    if (!held_somehow(m, k)) continue;
     hb_status status = last >= 0 ? check_reach(m, rod, last, k, err) : HB_OK;
     if (status) return status;
     last = k;

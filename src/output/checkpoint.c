@@ -1,11 +1,12 @@
 /* Checkpoints: one small binary file, replaced as a whole.
  *
- * Layout, numbers in the machine's own order: the 8 bytes "HEBRACP1"; the header below; the source text; the
+ * Layout, numbers in the machine's own order: the 8 bytes "HEBRACP2"; the header below; the source text; the
  * base directory; the state block; and the FNV-1a hash of everything before it. */
 #include "hebra/output.h"
 
 #include "base/memory.h"
 #include "output/file.h"
+#include "output/identity.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -13,24 +14,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static const char magic[8] = {'H', 'E', 'B', 'R', 'A', 'C', 'P', '1'};
+static const char magic[8] = {'H', 'E', 'B', 'R', 'A', 'C', 'P', '2'};
 
 typedef struct header {
   uint64_t order;        /* byte_order as a number: tells a machine of the other byte order */
+  uint64_t run;          /* number of the run */
   uint64_t frames;       /* frames in the trajectory */
   uint64_t source, base; /* bytes of the two texts, without terminator */
   uint64_t count;        /* doubles in the block */
 } header;
 static const uint64_t byte_order = 0x0102030405060708u;
-
-static const uint64_t hash_start = 14695981039346656037u;
-
-/* FNV-1a, 64 bit, going on from hash. */
-static uint64_t hash_of(uint64_t hash, const void *data, size_t size) {
-  const unsigned char *bytes = data;
-  for (size_t k = 0; k < size; k++) hash = (hash ^ bytes[k]) * 1099511628211u;
-  return hash;
-}
 
 /* Directory of a scene file as an absolute path where the system knows one; to be freed. A relative one would
  * be wrong when the restart happens elsewhere. */
@@ -46,7 +39,7 @@ static char *base_of(const char *path) {
 
 /* One piece, with the running hash. */
 static bool put(FILE *stream, uint64_t *hash, const void *data, size_t size) {
-  *hash = hash_of(*hash, data, size);
+  *hash = hb_hash_bytes(*hash, data, size);
   return size == 0 || fwrite(data, 1, size, stream) == size;
 }
 
@@ -57,11 +50,13 @@ hb_status hb_checkpoint_write(const char *path, const hb_sim *sim, long frames, 
   const char *source = def->source ? def->source : "";
   char *base = base_of(def->path);
   if (!base) return hb_fail_memory(err, "checkpoint");
-  header head = {byte_order, (uint64_t)frames, strlen(source), strlen(base), state->count};
+  header head = {byte_order,       hb_run_identity(hb_sim_model(sim)),
+                 (uint64_t)frames, strlen(source),
+                 strlen(base),     state->count};
   hb_file file;
   hb_status status = hb_file_begin(path, &file, err);
   if (status == HB_OK) {
-    uint64_t hash = hash_start, sum = 0;
+    uint64_t hash = HB_HASH_START, sum = 0;
     bool good = put(file.stream, &hash, magic, sizeof magic) && put(file.stream, &hash, &head, sizeof head);
     good = good && put(file.stream, &hash, source, head.source) && put(file.stream, &hash, base, head.base);
     good = good && put(file.stream, &hash, state->block, state->count * sizeof *state->block);
@@ -126,7 +121,7 @@ static hb_status check(const char *path, const char *bytes, size_t size, header 
                    size);
   uint64_t sum = 0;
   memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
-  if (sum == hash_of(hash_start, bytes, size - sizeof sum)) return HB_OK;
+  if (sum == hb_hash_bytes(HB_HASH_START, bytes, size - sizeof sum)) return HB_OK;
   return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint is damaged, its check sum is wrong", path);
 }
 
@@ -140,6 +135,7 @@ hb_status hb_checkpoint_read(const char *path, hb_checkpoint *out, hb_error *err
   if (status == HB_OK) status = check(path, bytes, size, &head, err);
   if (status == HB_OK) {
     const char *at = bytes + sizeof magic + sizeof head;
+    out->run = head.run;
     out->frames = (long)head.frames;
     out->count = (size_t)head.count;
     out->source = hb_strndup(at, (size_t)head.source);

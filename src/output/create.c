@@ -3,11 +3,13 @@
 #include "output/layout.h"
 
 #include "base/memory.h"
+#include "output/identity.h"
 #include "output/seal.h"
 
+#include <errno.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 typedef struct build {
   hid_t file;
@@ -296,9 +298,11 @@ static void rods(build *b) {
 /* Our own group. */
 static void own(build *b) {
   const int64_t layout = HB_LAYOUT_VERSION;
-  char path[128];
+  char path[128], run[32];
+  snprintf(run, sizeof run, "%016" PRIx64, hb_run_identity(b->model));
   number(b, "hebra", "layout", 1, &layout);
   note(b, "hebra", "version", HB_VERSION);
+  note(b, "hebra", HB_LAYOUT_RUN, run);
   text(b, "hebra/title", b->model->def->title);
   text(b, "hebra/source", b->model->def->source);
   rods(b);
@@ -360,9 +364,9 @@ static hb_status find_numbers(int fd, const hb_layout_count *count, const hb_sea
   return good || status != HB_OK ? status : HB_ERR_IO;
 }
 
-/* Seals the file that is open at descriptor. A file that HDF5 lays out in another way than expected stays
- * without seal: only running out of memory is an error. */
-static void put_seal(build *b, hid_t file, const char *path, int descriptor) {
+/* Seals the file. One that HDF5 lays out in another way than expected stays without seal: only running out of
+ * memory or disk is an error. */
+static void put_seal(build *b, hid_t file, const char *path, hb_disk *disk) {
   hb_layout_count count;
   hb_layout_map map = {0};
   hb_seal_gaps gaps;
@@ -374,21 +378,30 @@ static void put_seal(build *b, hid_t file, const char *path, int descriptor) {
   good = good && hb_seal_leave_out(&b->gaps, 20, 4); /* superblock: HDF5 notes here that the file is open */
   good = good && hb_seal_leave_out(&b->gaps, map.at[map.count - 1], map.stride[map.count - 1] * b->frames);
   if (good && hb_layout_count_open(file, &count)) {
-    status = find_numbers(descriptor, &count, &b->gaps, map.capacity, &gaps);
+    status = find_numbers(disk->fd, &count, &b->gaps, map.capacity, &gaps);
     hb_layout_count_close(&count);
-    if (status == HB_OK) status = hb_seal_write(descriptor, &gaps, at);
+    errno = 0;
+    if (status == HB_OK) status = hb_seal_write(disk->fd, &gaps, at);
+    if (status == HB_ERR_IO && errno && !disk->error) disk->error = errno;
   }
   hb_layout_map_free(&map);
   if (status == HB_ERR_MEMORY) b->failed = b->out_of_memory = true;
 }
 
+/* The sentence of a failure: the system's reason is worth more than HDF5's. */
+static hb_status failed(const build *b, const hb_disk *disk, const char *path, long capacity, hb_error *err) {
+  if (b->out_of_memory) return hb_fail_memory(err, "tables of a new trajectory");
+  return hb_fail(err, HB_ERR_IO, "%s: cannot create the trajectory of %ld frames of %d vertices: %s", path,
+                 capacity, b->model->nv, disk->error ? strerror(disk->error) : b->reason);
+}
+
 /* Everything in order; the file is closed once, so that what a new opening finds is what lies on the disk. */
-hb_status hb_layout_create(const char *path, const hb_model *model, long capacity, hid_t *out,
+hb_status hb_layout_create(hb_disk *disk, const char *path, const hb_model *model, long capacity, hid_t *out,
                            hb_error *err) {
   build b = {.file = -1, .model = model, .frames = (hsize_t)capacity};
   b.nv = (hsize_t)model->nv;
   b.rods = (hsize_t)model->rod_count;
-  hid_t access = hb_h5_access();
+  hid_t access = hb_disk_access(disk);
   check(&b, access >= 0);
   if (!b.failed) b.file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access);
   check(&b, b.file >= 0);
@@ -400,16 +413,12 @@ hb_status hb_layout_create(const char *path, const hb_model *model, long capacit
   fields(&b);
   if (b.file >= 0) check(&b, H5Fclose(b.file) >= 0);
   *out = -1;
-  if (!b.failed) *out = H5Fopen(path, H5F_ACC_RDWR, access);
+  if (!b.failed && !disk->error) *out = H5Fopen(path, H5F_ACC_RDWR, access);
   check(&b, *out >= 0);
-  int *descriptor = NULL;
-  if (!b.failed && H5Fget_vfd_handle(*out, H5P_DEFAULT, (void **)&descriptor) >= 0 && descriptor)
-    put_seal(&b, *out, path, *descriptor);
-  if (b.failed && *out >= 0) H5Fclose(*out);
+  if (!b.failed) put_seal(&b, *out, path, disk);
   if (access >= 0) H5Pclose(access);
-  if (!b.failed) return HB_OK;
-  unlink(path);
-  if (b.out_of_memory) return hb_fail_memory(err, "tables of a new trajectory");
-  return hb_fail(err, HB_ERR_IO, "%s: cannot create the trajectory of %ld frames of %d vertices: %s", path,
-                 capacity, model->nv, b.reason);
+  if (!b.failed && !disk->error) return HB_OK;
+  if (*out >= 0) H5Fclose(*out);
+  *out = -1;
+  return failed(&b, disk, path, capacity, err);
 }

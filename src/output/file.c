@@ -58,6 +58,34 @@ hb_status hb_file_end(hb_file *file, bool good, bool durable, hb_error *err) {
   return status;
 }
 
+/* All bytes to a place. */
+bool hb_file_put(int fd, const void *data, size_t size, uint64_t at) {
+  const char *bytes = data;
+  while (size > 0) {
+    ssize_t done = pwrite(fd, bytes, size, (off_t)at);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return false;
+    bytes += done;
+    size -= (size_t)done;
+    at += (uint64_t)done;
+  }
+  return true;
+}
+
+/* All bytes from a place. */
+bool hb_file_get(int fd, void *data, size_t size, uint64_t at) {
+  char *bytes = data;
+  while (size > 0) {
+    ssize_t done = pread(fd, bytes, size, (off_t)at);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) return false;
+    bytes += done;
+    size -= (size_t)done;
+    at += (uint64_t)done;
+  }
+  return true;
+}
+
 /* True if a directory is there in the end. */
 static bool make_directory(const char *path) {
   struct stat info;

@@ -20,6 +20,11 @@ hb_status hb_file_begin(const char *path, hb_file *out, hb_error *err);
  * file and leaves what was at path. Frees the struct's memory in every case. */
 hb_status hb_file_end(hb_file *file, bool good, bool durable, hb_error *err);
 
+/* All bytes to, or from, a place of an open file. False on failure: errno tells why, and stays as it was
+ * where the system gives no reason (the end of the file). */
+bool hb_file_put(int fd, const void *data, size_t size, uint64_t at);
+bool hb_file_get(int fd, void *data, size_t size, uint64_t at);
+
 /* Makes a directory and those above it where missing. */
 hb_status hb_file_directory(const char *path, hb_error *err);
 /* "directory/name" with printf, to be freed with hb_free. NULL: out of memory. */

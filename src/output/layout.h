@@ -10,6 +10,7 @@
 #define HB_OUTPUT_LAYOUT_H
 
 #include "hebra/sim.h"
+#include "output/disk.h"
 #include "output/h5.h"
 #include "output/series.h"
 
@@ -17,15 +18,17 @@
 #define HB_LAYOUT_STEPS "VTKHDF/Steps"
 #define HB_LAYOUT_COUNT "NSteps"
 #define HB_LAYOUT_VALUES "VTKHDF/Steps/Values"
+#define HB_LAYOUT_RUN "run"             /* attribute of /hebra: number of the run, 16 hexadecimal digits */
 #define HB_LAYOUT_MAX_FRAMES 500000000L /* one chunk of HDF5 stays below 4 GiB */
 
 /* Path of the data set of a field or series, without leading slash. */
 void hb_layout_field_path(const hb_frame_field *field, char *text, size_t size);
 void hb_layout_series_path(const hb_series *series, char *text, size_t size);
 
-/* Creates the file at path for capacity frames, with none in it, everything on its way to disk, and leaves it
- * open in *out. On failure no file is left. */
-hb_status hb_layout_create(const char *path, const hb_model *model, long capacity, hid_t *out, hb_error *err);
+/* Lays the empty file that disk has open out for capacity frames, with none in it, everything on its way to
+ * disk, and leaves it open in *out. path: for the sentences. On failure *out is -1. */
+hb_status hb_layout_create(hb_disk *disk, const char *path, const hb_model *model, long capacity, hid_t *out,
+                           hb_error *err);
 
 /* Places of the raw numbers in an open file: one entry per field, then one per series, then Steps/Values. */
 typedef struct hb_layout_map {

@@ -16,7 +16,7 @@ struct hb_reader {
   hid_t file;
   uint64_t bytes;
   char *name, *title, *source, *rod_names;
-  char version[64];
+  char version[64], run[32];
   hb_reader_rod *rods;
   hb_trajectory_info info;
 };
@@ -30,6 +30,7 @@ static hb_status read_texts(hb_reader *r, hb_error *err) {
                    "%s: is an HDF5 file but no trajectory of hebra (it has no group /hebra)", r->name);
   if (!hb_h5_attribute_text(r->file, "hebra", "version", r->version, sizeof r->version))
     snprintf(r->version, sizeof r->version, "unknown");
+  if (!hb_h5_attribute_text(r->file, "hebra", HB_LAYOUT_RUN, r->run, sizeof r->run)) r->run[0] = 0;
   if (layout != HB_LAYOUT_VERSION)
     return hb_fail(err, HB_ERR_INPUT,
                    "%s: has layout %lld (written by hebra %s), this program reads layout %d", r->name, layout,
@@ -205,6 +206,9 @@ const hb_trajectory_info *hb_reader_info(const hb_reader *reader) { return &read
 
 /* The name that it was opened by. */
 const char *hb_reader_name(const hb_reader *reader) { return reader->name; }
+
+/* As it stands in the file. */
+const char *hb_reader_run(const hb_reader *reader) { return reader->run; }
 
 /* Rows of edge fields that hold no edge are 0, as in a measured frame. */
 static void clear_unused(const hb_reader *r, int components, double *out) {

@@ -10,5 +10,7 @@ hb_status hb_reader_adopt(hid_t file, const char *name, hb_reader **out, hb_erro
 
 /* Name of the file as it was opened. */
 const char *hb_reader_name(const hb_reader *reader);
+/* Number of the run that wrote it, in hexadecimal digits; empty if the file does not tell. */
+const char *hb_reader_run(const hb_reader *reader);
 
 #endif

@@ -213,6 +213,8 @@ static void warnings(hb_json *json, const hb_sim *sim, const hb_frame *start, co
   }
   hb_json_array_end(json);
   hb_json_integer(json, "folds", (long long)scalar[HB_S_FOLDS]);
+  hb_json_integer(json, "first_order_fallbacks", (long long)scalar[HB_S_FALLBACKS]);
+  hb_json_integer(json, "twist_saddles_left", (long long)scalar[HB_S_SADDLES]);
 }
 
 /* The whole report. */

@@ -1,8 +1,9 @@
 #include "output/seal.h"
 
 #include "base/memory.h"
+#include "output/file.h"
+#include "output/identity.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -22,32 +23,11 @@ typedef struct seal {
   hb_seal_range range[RANGES];
 } seal;
 
-/* FNV-1a, 64 bit, going on from hash. */
-static uint64_t hash_of(uint64_t hash, const void *data, size_t size) {
-  const unsigned char *bytes = data;
-  for (size_t k = 0; k < size; k++) hash = (hash ^ bytes[k]) * 1099511628211u;
-  return hash;
-}
-
 /* Check sum of the seal itself. */
 static uint64_t own_hash(const seal *s) {
   seal copy = *s;
   copy.own = 0;
-  return hash_of(14695981039346656037u, &copy, sizeof copy);
-}
-
-/* All bytes from a place. */
-static bool get(int fd, void *data, size_t size, uint64_t at) {
-  char *bytes = data;
-  while (size > 0) {
-    ssize_t done = pread(fd, bytes, size, (off_t)at);
-    if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) return false;
-    bytes += done;
-    size -= (size_t)done;
-    at += (uint64_t)done;
-  }
-  return true;
+  return hb_hash_bytes(HB_HASH_START, &copy, sizeof copy);
 }
 
 /* Length of the file; 0 if unknown. */
@@ -101,7 +81,7 @@ static hb_status collect(int fd, const hb_seal_range *range, int count, unsigned
   if (!*bytes) return HB_ERR_MEMORY;
   bool good = true;
   for (int k = 0; good && k < count; k++) {
-    good = get(fd, *bytes + done, (size_t)range[k].size, range[k].from);
+    good = hb_file_get(fd, *bytes + done, (size_t)range[k].size, range[k].from);
     done += range[k].size;
   }
   *size = (size_t)total;
@@ -142,9 +122,9 @@ hb_status hb_seal_write(int fd, hb_seal_gaps *gaps, uint64_t at) {
   hb_status status = collect(fd, s->range, count, &bytes, &size);
   if (status == HB_OK) {
     s->count = (uint64_t)count;
-    s->structure = hash_of(14695981039346656037u, bytes, size);
+    s->structure = hb_hash_bytes(HB_HASH_START, bytes, size);
     s->own = own_hash(s);
-    if (pwrite(fd, s, sizeof *s, (off_t)at) != (ssize_t)sizeof *s) status = HB_ERR_IO;
+    if (!hb_file_put(fd, s, sizeof *s, at)) status = HB_ERR_IO;
   }
   hb_free(bytes);
   hb_free(s);
@@ -154,10 +134,11 @@ hb_status hb_seal_write(int fd, hb_seal_gaps *gaps, uint64_t at) {
 /* Finds the seal in the first bytes of the file; false if there is none. */
 static bool find(int fd, uint64_t length, unsigned char *head, seal *s) {
   size_t size = length < SEARCHED ? (size_t)length : SEARCHED;
-  if (!get(fd, head, size, 0)) return false;
+  if (!hb_file_get(fd, head, size, 0)) return false;
   for (size_t at = 0; at + sizeof seal_magic <= size; at++) {
     if (head[at] != 'h' || memcmp(head + at, seal_magic, sizeof seal_magic) != 0) continue;
-    return length - at >= sizeof *s && get(fd, s, sizeof *s, at) && s->at == at && s->file_size == length;
+    return length - at >= sizeof *s && hb_file_get(fd, s, sizeof *s, at) && s->at == at &&
+           s->file_size == length;
   }
   return false;
 }
@@ -174,7 +155,7 @@ hb_status hb_seal_check(int fd, const char *name, hb_error *err) {
     hb_status got = whole ? collect(fd, s->range, (int)s->count, &bytes, &size) : HB_ERR_IO;
     if (got == HB_ERR_MEMORY)
       status = hb_fail_memory(err, "check of a trajectory");
-    else if (got != HB_OK || s->structure != hash_of(14695981039346656037u, bytes, size))
+    else if (got != HB_OK || s->structure != hb_hash_bytes(HB_HASH_START, bytes, size))
       status = hb_fail(err, HB_ERR_INPUT,
                        "%s: the trajectory is damaged: the check sum of its structure is wrong", name);
   }

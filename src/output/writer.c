@@ -3,10 +3,15 @@
 
 #include "base/memory.h"
 #include "output/file.h"
+#include "output/identity.h"
 #include "output/layout.h"
+#include "output/reader.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
 #include <limits.h>
+#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -15,17 +20,22 @@ struct hb_writer {
   const hb_model *model;
   hid_t file;
   hb_layout_count count;
-  int fd; /* HDF5's own descriptor */
+  hb_disk disk; /* the open file, shared by HDF5 and the frames */
   hb_layout_map map;
   long frames;
   double *scratch; /* an edge field with its unused rows filled */
 };
 
-/* Closes and frees everything; false if the last bytes could not be written. */
-static bool drop(hb_writer *w) {
+/* Closes and frees everything; false if the last bytes could not be written, *reason (NULL allowed) is then
+ * the system's number for it, 0 if there is none. */
+static bool drop(hb_writer *w, int *reason) {
   bool good = true;
   hb_layout_count_close(&w->count);
   if (w->file >= 0) good = H5Fclose(w->file) >= 0;
+  int error = w->disk.error;
+  if (w->disk.fd >= 0 && close(w->disk.fd) != 0 && !error) error = errno;
+  if (reason) *reason = error;
+  good = good && !error;
   hb_layout_map_free(&w->map);
   hb_free(w->scratch);
   hb_free(w->path);
@@ -35,14 +45,11 @@ static bool drop(hb_writer *w) {
 
 /* Takes over an open file and finds what frames need. */
 static hb_status attach(hb_writer *w, hid_t file, hb_error *err) {
-  int *descriptor = NULL;
   w->file = file;
   hb_status status = hb_layout_locate(file, w->path, w->model->nv, &w->map, err);
   if (status != HB_OK) return status;
-  if (!hb_layout_count_open(file, &w->count) ||
-      H5Fget_vfd_handle(file, H5P_DEFAULT, (void **)&descriptor) < 0 || !descriptor)
+  if (!hb_layout_count_open(file, &w->count))
     return hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be opened for writing", w->path);
-  w->fd = *descriptor;
   w->scratch = hb_alloc((size_t)w->model->nv * 4, sizeof *w->scratch);
   return w->scratch ? HB_OK : hb_fail_memory(err, "buffer of a trajectory");
 }
@@ -52,6 +59,7 @@ static hb_writer *blank(const char *path, const hb_model *model) {
   hb_writer *w = hb_alloc(1, sizeof *w);
   if (!w) return NULL;
   w->file = -1;
+  w->disk.fd = -1;
   w->model = model;
   w->path = hb_strdup(path);
   if (w->path) return w;
@@ -59,30 +67,17 @@ static hb_writer *blank(const char *path, const hb_model *model) {
   return NULL;
 }
 
-/* All bytes at a place. */
-static bool put(int fd, const void *data, size_t size, uint64_t at) {
-  const char *bytes = data;
-  while (size > 0) {
-    ssize_t done = pwrite(fd, bytes, size, (off_t)at);
-    if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) return false;
-    bytes += done;
-    size -= (size_t)done;
-    at += (uint64_t)done;
-  }
-  return true;
-}
-
-/* All bytes from a place. */
-static bool get(int fd, void *data, size_t size, uint64_t at) {
-  char *bytes = data;
-  while (size > 0) {
-    ssize_t done = pread(fd, bytes, size, (off_t)at);
-    if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) return false;
-    bytes += done;
-    size -= (size_t)done;
-    at += (uint64_t)done;
+/* Copies `keep` frames; on failure errno tells why. */
+static bool copy_frames(hb_writer *w, const hb_writer *from, long keep, char *block, size_t room) {
+  for (int k = 0; k < w->map.count; k++) {
+    uint64_t left = (uint64_t)keep * w->map.stride[k];
+    for (uint64_t done = 0; done < left;) {
+      size_t size = left - done < room ? (size_t)(left - done) : room;
+      if (!hb_file_get(from->disk.fd, block, size, from->map.at[k] + done) ||
+          !hb_file_put(w->disk.fd, block, size, w->map.at[k] + done))
+        return false;
+      done += size;
+    }
   }
   return true;
 }
@@ -95,29 +90,27 @@ static hb_status make(const char *path, const hb_model *model, long capacity, co
   hb_writer *w = blank(path, model);
   hid_t file = -1;
   hb_status status = w && temporary && block ? HB_OK : hb_fail_memory(err, "a trajectory");
-  if (status == HB_OK) status = hb_layout_create(temporary, model, capacity, &file, err);
+  if (status == HB_OK && (w->disk.fd = open(temporary, O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) < 0)
+    status = hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be created: %s", path, strerror(errno));
+  bool begun = status == HB_OK;
+  if (status == HB_OK) status = hb_layout_create(&w->disk, path, model, capacity, &file, err);
   if (status == HB_OK) status = attach(w, file, err);
-  bool good = true;
-  for (int k = 0; status == HB_OK && from && good && k < w->map.count; k++) {
-    uint64_t left = (uint64_t)keep * w->map.stride[k], done = 0;
-    while (good && done < left) {
-      size_t size = left - done < BLOCK ? (size_t)(left - done) : BLOCK;
-      good =
-          get(from->fd, block, size, from->map.at[k] + done) && put(w->fd, block, size, w->map.at[k] + done);
-      done += size;
-    }
+  if (status == HB_OK) {
+    errno = 0;
+    bool good = !from || copy_frames(w, from, keep, block, BLOCK);
+    if (keep > 0) good = good && hb_layout_set_frames(&w->count, 0, keep);
+    good = good && fsync(w->disk.fd) == 0 && !w->disk.error && rename(temporary, path) == 0;
+    int reason = w->disk.error ? w->disk.error : errno;
+    if (!good)
+      status = hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be created: %s", path,
+                       reason ? strerror(reason) : "the disk did not take all bytes");
   }
-  if (status == HB_OK && keep > 0) good = good && hb_layout_set_frames(&w->count, 0, keep);
-  if (status == HB_OK) good = good && fsync(w->fd) == 0 && rename(temporary, path) == 0;
-  if (status == HB_OK && !good)
-    status = hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be created: %s", path,
-                     errno ? strerror(errno) : "the disk did not take all bytes");
   if (status == HB_OK) {
     w->frames = keep;
     *out = w;
   } else {
-    if (w) drop(w);
-    if (file >= 0) unlink(temporary);
+    if (begun) unlink(temporary);
+    if (w) drop(w, NULL);
   }
   hb_free(temporary);
   hb_free(block);
@@ -144,7 +137,7 @@ hb_status hb_writer_create(const char *path, const hb_model *model, long frame_c
   return status;
 }
 
-/* The rods in the file must be those of the model. */
+/* The file must be of the run that the model goes on with: its rods, and the run's number. */
 static hb_status check_same(const char *path, const hb_model *model, long keep, hb_error *err) {
   hb_reader *reader = NULL;
   hb_status status = hb_reader_open(path, &reader, err);
@@ -160,6 +153,12 @@ static hb_status check_same(const char *path, const hb_model *model, long keep, 
                        "%s: its rod %d is \"%s\" with %d vertices, that of the scene is \"%s\" with %d", path,
                        r, info->rods[r].name, info->rods[r].nv, name, model->rods[r].nv);
   }
+  char run[32];
+  snprintf(run, sizeof run, "%016" PRIx64, hb_run_identity(model));
+  if (status == HB_OK && strcmp(hb_reader_run(reader), run) != 0)
+    status = hb_fail(err, HB_ERR_INPUT,
+                     "%s: belongs to another run (%s, titled \"%s\") than the one to go on with (%s)", path,
+                     hb_reader_run(reader)[0] ? hb_reader_run(reader) : "without number", info->title, run);
   if (status == HB_OK && (keep < 0 || keep > info->frames))
     status = hb_fail(err, HB_ERR_INPUT, "%s: cannot go on after frame %ld, it holds %ld frames", path, keep,
                      info->frames);
@@ -173,7 +172,13 @@ static hb_status go_on(const char *path, const hb_model *model, long frame_count
   hb_writer *w = blank(path, model);
   if (!w) return hb_fail_memory(err, "a trajectory");
   char reason[256];
-  hid_t access = hb_h5_access(), file = access < 0 ? -1 : H5Fopen(path, H5F_ACC_RDWR, access);
+  w->disk.fd = open(path, O_RDWR | O_CLOEXEC);
+  if (w->disk.fd < 0) {
+    hb_fail(err, HB_ERR_IO, "%s: cannot be opened for writing: %s", path, strerror(errno));
+    drop(w, NULL);
+    return HB_ERR_IO;
+  }
+  hid_t access = hb_disk_access(&w->disk), file = access < 0 ? -1 : H5Fopen(path, H5F_ACC_RDWR, access);
   if (file < 0) hb_h5_reason(reason, sizeof reason);
   if (access >= 0) H5Pclose(access);
   hb_status status = HB_OK;
@@ -181,19 +186,21 @@ static hb_status go_on(const char *path, const hb_model *model, long frame_count
   if (status == HB_OK) status = attach(w, file, err);
   if (status == HB_OK && frame_count > w->map.capacity) {
     status = make(path, model, frame_count, w, keep, out, err);
-    drop(w);
+    drop(w, NULL);
     return status;
   }
   /* Shortening Steps/Values loads its chunk into HDF5's cache, which must be gone before raw numbers go
    * there. */
-  if (status == HB_OK && (!hb_layout_set_frames(&w->count, LONG_MAX, keep) ||
-                          !hb_layout_count_close(&w->count) || !hb_layout_count_open(file, &w->count)))
-    status = hb_fail(err, HB_ERR_IO, "%s: the number of frames cannot be set", path);
+  if (status == HB_OK &&
+      (!hb_layout_set_frames(&w->count, LONG_MAX, keep) || !hb_layout_count_close(&w->count) ||
+       !hb_layout_count_open(file, &w->count) || w->disk.error))
+    status = hb_fail(err, HB_ERR_IO, "%s: the number of frames cannot be set: %s", path,
+                     w->disk.error ? strerror(w->disk.error) : "HDF5 refuses");
   if (status == HB_OK) {
     w->frames = keep;
     *out = w;
   } else {
-    drop(w);
+    drop(w, NULL);
   }
   return status;
 }
@@ -234,7 +241,8 @@ static bool put_frame(hb_writer *w, const hb_frame *frame) {
     memcpy(&values, bytes + hb_frame_fields[k].offset, sizeof values);
     if (hb_frame_fields[k].location == HB_ON_EDGE)
       values = edge_rows(w, values, hb_frame_fields[k].components);
-    good = put(w->fd, values, (size_t)w->map.stride[entry], w->map.at[entry] + n * w->map.stride[entry]);
+    good = hb_file_put(w->disk.fd, values, (size_t)w->map.stride[entry],
+                       w->map.at[entry] + n * w->map.stride[entry]);
   }
   for (int k = 0; good && k < hb_series_count; k++, entry++) {
     const void *value = bytes + hb_series_table[k].offset;
@@ -245,9 +253,11 @@ static bool put_frame(hb_writer *w, const hb_frame *frame) {
       whole = number;
       value = &whole;
     }
-    good = put(w->fd, value, (size_t)w->map.stride[entry], w->map.at[entry] + n * w->map.stride[entry]);
+    good = hb_file_put(w->disk.fd, value, (size_t)w->map.stride[entry],
+                       w->map.at[entry] + n * w->map.stride[entry]);
   }
-  return good && put(w->fd, &frame->time, sizeof frame->time, w->map.at[entry] + n * w->map.stride[entry]);
+  return good && hb_file_put(w->disk.fd, &frame->time, sizeof frame->time,
+                             w->map.at[entry] + n * w->map.stride[entry]);
 }
 
 /* Adds a frame. */
@@ -263,6 +273,8 @@ hb_status hb_writer_add(hb_writer *w, const hb_frame *frame, hb_error *err) {
   char reason[256];
   bool good = hb_layout_set_frames(&w->count, w->frames, w->frames + 1);
   if (!good) hb_h5_reason(reason, sizeof reason);
+  if (w->disk.error) snprintf(reason, sizeof reason, "%s", strerror(w->disk.error));
+  good = good && !w->disk.error;
   hb_h5_quiet_end(quiet);
   if (!good)
     return hb_fail(err, HB_ERR_IO, "%s: frame %ld cannot be counted: %s", w->path, w->frames, reason);
@@ -277,9 +289,10 @@ hb_status hb_writer_close(hb_writer *w, hb_error *err) {
   char *path = w->path;
   w->path = NULL;
   errno = 0;
-  bool good = fsync(w->fd) == 0;
-  int reason = errno;
-  good = drop(w) && good;
+  bool good = fsync(w->disk.fd) == 0;
+  int reason = good ? 0 : errno, later = 0;
+  good = drop(w, &later) && good;
+  if (!reason) reason = later;
   hb_h5_quiet_end(quiet);
   hb_status status = HB_OK;
   if (!good)

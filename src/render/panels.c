@@ -127,7 +127,8 @@ static hb_status draw_flat(const sheet *s, hb_rect area, flat *f, const char *ax
   int scale = s->scale;
   hb_rect room = panel(s, area, f->title, axes);
   int left = 40 * scale, bottom = 16 * scale, edge = 8 * scale;
-  f->frame = (hb_rect){room.x + left, room.y, room.w - left - edge, room.h - bottom};
+  int gap = 3 * scale; /* half a number rises above the frame */
+  f->frame = (hb_rect){room.x + left, room.y + gap, room.w - left - edge, room.h - gap - bottom};
   if (f->frame.w < 8 || f->frame.h < 8) return HB_OK; /* too small a picture for it */
   fit_flat(f, s->size);
   flat_axes(s, f);
@@ -155,20 +156,54 @@ static void to_pixel(const floor_plan *plan, double x, double y, double z, doubl
   hb_lens_pixel(&plan->lens, hb_lens_look(&plan->lens, (hb_v3){x, y, z}), out);
 }
 
-/* Text beside a pixel, on the side that leads away from `from`. */
-static void label(const sheet *s, const double at[2], const double from[2], const unsigned char rgb[3],
-                  const char *text) {
+/* Where text of the view in perspective already stands. */
+typedef struct labels {
+  hb_rect area; /* text stays inside */
+  hb_rect taken[96];
+  int count;
+} labels;
+
+/* Moves a rectangle into the area and says whether it is free of other text. */
+static bool place(const labels *l, int gap, hb_rect *r) {
+  const hb_rect *a = &l->area;
+  if (r->x + r->w > a->x + a->w) r->x = a->x + a->w - r->w;
+  if (r->x < a->x) r->x = a->x;
+  if (r->y + r->h > a->y + a->h) r->y = a->y + a->h - r->h;
+  if (r->y < a->y) r->y = a->y;
+  for (int k = 0; k < l->count; k++) {
+    const hb_rect *t = &l->taken[k];
+    if (r->x < t->x + t->w + gap && t->x < r->x + r->w + gap && r->y < t->y + t->h + gap &&
+        t->y < r->y + r->h + gap)
+      return false;
+  }
+  return true;
+}
+
+/* Text beside a pixel, on the side that leads away from `from`; a number that would touch other text is left
+ * out, a name (in ink) moves on. */
+static void label(const sheet *s, labels *l, const double at[2], const double from[2],
+                  const unsigned char rgb[3], const char *text) {
   double dx = at[0] - from[0], dy = at[1] - from[1], n = sqrt(dx * dx + dy * dy);
   if (!(n > 0) || !(fabs(at[0]) < 1e6) || !(fabs(at[1]) < 1e6)) return;
   dx /= n;
   dy /= n;
-  double w = hb_text_width(text, s->scale), h = HB_TEXT_CAP * s->scale, gap = 4 * s->scale;
-  double x = at[0] + dx * (gap + 0.5 * w) - 0.5 * w, y = at[1] + dy * (gap + 0.5 * h) - 0.5 * h;
-  hb_image_text(s->image, (int)floor(x + 0.5), (int)floor(y + 0.5), s->scale, rgb, text);
+  bool name = rgb == ink;
+  int scale = s->scale, width = hb_text_width(text, scale), height = HB_TEXT_CAP * scale;
+  double gap = 4 * scale;
+  for (int k = 0; k < (name ? 60 : 1); k++) { /* ahead, then beside it on both sides */
+    double ahead = 3.0 * scale * (k / 5), aside = 9.0 * scale * ((k % 5 + 1) / 2) * (k & 1 ? 1 : -1);
+    double x = at[0] + dx * (gap + 0.5 * width + ahead) - dy * aside - 0.5 * width;
+    double y = at[1] + dy * (gap + 0.5 * height + ahead) + dx * aside - 0.5 * height;
+    hb_rect r = {(int)floor(x + 0.5), (int)floor(y + 0.5), width, height};
+    if (!place(l, 2 * scale, &r)) continue;
+    if (l->count < (int)(sizeof l->taken / sizeof l->taken[0])) l->taken[l->count++] = r;
+    hb_image_text(s->image, r.x, r.y, scale, rgb, text);
+    return;
+  }
 }
 
 /* Grid lines normal to axis k (0: x, 1: y) and numbers where they meet the near edge of the floor. */
-static void floor_lines(const sheet *s, const floor_plan *plan, int k, hb_rect clip) {
+static void floor_lines(const sheet *s, const floor_plan *plan, int k, hb_rect clip, labels *l) {
   double a[2], b[2], centre[2], lo = plan->lo[k], hi = plan->hi[k],
                                 other[2] = {plan->lo[1 - k], plan->hi[1 - k]};
   double front = other[plan->near[1 - k]], inside = 0.5 * (other[0] + other[1]);
@@ -190,18 +225,25 @@ static void floor_lines(const sheet *s, const floor_plan *plan, int k, hb_rect c
     if (k && fabs(value - (plan->near[1] ? hi : lo)) * length < 20 * s->scale * (hi - lo))
       continue; /* taken by x */
     hb_tick_text(text, sizeof text, value, label_step);
-    label(s, a, centre, muted, text);
+    label(s, l, a, centre, muted, text);
   }
+}
+
+/* The letter of axis k, beyond the numbers at the near edge of the floor. */
+static void axis_name(const sheet *s, const floor_plan *plan, int k, labels *l) {
+  double a[2], centre[2], lo = plan->lo[k], hi = plan->hi[k];
+  double other[2] = {plan->lo[1 - k], plan->hi[1 - k]};
+  double front = other[plan->near[1 - k]], inside = 0.5 * (other[0] + other[1]);
   double middle = 0.5 * (lo + hi);
   to_pixel(plan, k ? front : middle, k ? middle : front, plan->height, a);
   to_pixel(plan, k ? inside : middle, k ? middle : inside, plan->height, centre);
   double dx = a[0] - centre[0], dy = a[1] - centre[1], n = sqrt(dx * dx + dy * dy);
   for (int c = 0; n > 0 && c < 2; c++) a[c] += (c ? dy : dx) / n * (14 + 18 * fabs(dx) / n) * s->scale;
-  label(s, a, centre, ink, k ? "y" : "x");
+  label(s, l, a, centre, ink, k ? "y" : "x");
 }
 
 /* The vertical axis at the left corner of the floor. */
-static void vertical_axis(const sheet *s, const floor_plan *plan, hb_rect clip) {
+static void vertical_axis(const sheet *s, const floor_plan *plan, hb_rect clip, labels *l) {
   double best = HUGE_VAL, x = 0, y = 0, a[2], b[2], centre[2];
   for (int corner = 0; corner < 4; corner++) {
     double cx = corner & 1 ? plan->hi[0] : plan->lo[0], cy = corner & 2 ? plan->hi[1] : plan->lo[1];
@@ -225,24 +267,27 @@ static void vertical_axis(const sheet *s, const floor_plan *plan, hb_rect clip) 
     hb_tick_text(text, sizeof text, value, step);
     centre[0] = a[0] + 100;
     centre[1] = a[1];
-    label(s, b, centre, muted, text);
+    label(s, l, b, centre, muted, text);
   }
   to_pixel(plan, x, y, plan->top, a);
   centre[0] = a[0];
   centre[1] = a[1] + 100;
-  label(s, a, centre, ink, "z");
+  label(s, l, a, centre, ink, "z");
 }
 
 /* Floor, border, axes. */
 static void draw_floor(const sheet *s, const floor_plan *plan, hb_rect clip) {
   double corner[4][2];
-  for (int k = 0; k < 2; k++) floor_lines(s, plan, k, clip);
+  int edge = 3 * s->scale, title = 18 * s->scale;
+  labels l = {.area = {clip.x + edge, clip.y + title, clip.w - 2 * edge, clip.h - title - edge}};
+  for (int k = 0; k < 2; k++) floor_lines(s, plan, k, clip, &l);
   for (int k = 0; k < 4; k++)
     to_pixel(plan, k == 1 || k == 2 ? plan->hi[0] : plan->lo[0], k > 1 ? plan->hi[1] : plan->lo[1],
              plan->height, corner[k]);
   for (int k = 0; k < 4; k++)
     hb_draw_line(s->image, clip, corner[k], corner[(k + 1) % 4], 0.5 * s->scale, hairline);
-  vertical_axis(s, plan, clip);
+  vertical_axis(s, plan, clip, &l);
+  for (int k = 0; k < 2; k++) axis_name(s, plan, k, &l);
 }
 
 /* The view in perspective, from the right, in front and above. */

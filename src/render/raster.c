@@ -256,7 +256,8 @@ static void draw_row(const brush *b, int index, int j, const int range[2]) {
   for (int i = first; i < range[1]; i += step) {
     bool even = !(i & 1 || j & 1);
     if (even ? b->pass == FINE : !busy[i / HB_FINE]) continue;
-    if (b->pass != HALO && b->tile->depth[j * HB_TILE_SIDE + i] <= p->front) continue;
+    double least = b->pass == HALO ? HALO_BEHIND * p->radius : 0; /* behind its front, to be touched by it */
+    if (b->tile->depth[j * HB_TILE_SIDE + i] - p->front <= least) continue;
     double x = b->corner[0] + i / HB_FINE + hb_sample_x(i % HB_FINE, j % HB_FINE);
     double y = b->corner[1] + j / HB_FINE + hb_sample_y(i % HB_FINE, j % HB_FINE);
     if (b->pass == HALO)

@@ -1,8 +1,9 @@
 /* Bending and twisting forces, one pass over the vertices (docs/theory, 5).
  *
- * The energy depends on the edges; with q^j the force on edge vector e^j (minus dE/de^j, plus what the turning of the
- * Bishop frame does), vertex i feels q^{i-1} - q^i. The twist is in equilibrium, so its own variation drops out and each
- * interior vertex contributes only its twisting moment times the gradient of its holonomy. */
+ * The energy depends on the edges; with q^j the force on edge vector e^j (minus dE/de^j, plus what the
+ * turning of the Bishop frame does), vertex i feels q^{i-1} - q^i. The twist is in equilibrium, so its own
+ * variation drops out and each interior vertex contributes only its twisting moment times the gradient of its
+ * holonomy. */
 #include "rod/rod.h"
 
 #include "math/rotation.h"
@@ -17,8 +18,9 @@ static inline void pull_edge(double *f, int j, hb_v3 q) {
   f[3 * j + 5] = q.z;
 }
 
-/* Isotropic and straight at rest. With c = t.t', chi = 1 + c: E = alpha |kb|^2/l = 4 alpha (1-c)/(l chi), hence
- * -dE/de = 8 alpha/(l chi^2) (t' - c t)/|e| and the same with the edges exchanged; d psi/de = -(t x t')/(chi |e|). */
+/* Isotropic and straight at rest. With c = t.t', chi = 1 + c: E = alpha |kb|^2/l = 4 alpha (1-c)/(l chi),
+ * hence -dE/de = 8 alpha/(l chi^2) (t' - c t)/|e| and the same with the edges exchanged; d psi/de = -(t x
+ * t')/(chi |e|). */
 static void closed_span(const hb_model *m, int o, int a, int b, double moment, hb_rod_work *w, hb_v3 *carry,
                         double *f) {
   double lowest = w->lowest_chi;
@@ -31,9 +33,11 @@ static void closed_span(const hb_model *m, int o, int a, int b, double moment, h
     double inv = 1 / chi, k = m->bend_gain[o + i] * (inv * inv), g = moment * inv;
     double k0 = k * w->inv_length[i - 1], k1 = k * w->inv_length[i], g0 = g * w->inv_length[i - 1],
            g1 = g * w->inv_length[i];
-    hb_v3 q0 = {k0 * (n.x - c * t.x) - g0 * x.x, k0 * (n.y - c * t.y) - g0 * x.y, k0 * (n.z - c * t.z) - g0 * x.z};
+    hb_v3 q0 = {k0 * (n.x - c * t.x) - g0 * x.x, k0 * (n.y - c * t.y) - g0 * x.y,
+                k0 * (n.z - c * t.z) - g0 * x.z};
     pull_edge(f, i - 1, hb_v3_add(*carry, q0));
-    *carry = (hb_v3){k1 * (t.x - c * n.x) - g1 * x.x, k1 * (t.y - c * n.y) - g1 * x.y, k1 * (t.z - c * n.z) - g1 * x.z};
+    *carry = (hb_v3){k1 * (t.x - c * n.x) - g1 * x.x, k1 * (t.y - c * n.y) - g1 * x.y,
+                     k1 * (t.z - c * n.z) - g1 * x.z};
     t = n;
   }
   w->lowest_chi = lowest;
@@ -48,8 +52,8 @@ void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state 
   own[0] = own[1] = own[2] = 0;
   work->lowest_chi = 2;
   for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++)
-    closed_span(model, o, model->spans[s].first_edge - o, model->spans[s].last_edge - o, state->moment[s], work, &carry,
-                own);
+    closed_span(model, o, model->spans[s].first_edge - o, model->spans[s].last_edge - o, state->moment[s],
+                work, &carry, own);
   pull_edge(own, ne - 1, carry);
 }
 
@@ -84,16 +88,18 @@ void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state
   pull_edge(own, ne - 1, carry);
 }
 
-/* What viscosity took over the step just done, with the mean rates of material curvature (second order), and the new
- * history. */
-double hb_elastic_commit(const hb_model *m, const hb_rod *rod, hb_state *state, const hb_rod_work *w, double h) {
+/* What viscosity took over the step just done, with the mean rates of material curvature (second order), and
+ * the new history. */
+double hb_elastic_commit(const hb_model *m, const hb_rod *rod, hb_state *state, const hb_rod_work *w,
+                         double h) {
   double lost = 0;
   if (!m->def->rods[rod->index].viscosity) return 0;
   for (int i = 1; i + 1 < rod->nv; i++) {
     int k = rod->first + i;
     double inv_l = 1 / m->voronoi[k];
     for (int c = 0; c < 4; c++) {
-      double now = w->omega[4 * i + c], *past = &state->omega_1[4 * k + c], *older = &state->omega_2[4 * k + c];
+      double now = w->omega[4 * i + c], *past = &state->omega_1[4 * k + c],
+             *older = &state->omega_2[4 * k + c];
       double change = now - *past;
       lost += inv_l * m->viscosity[k - 1 + c / 2] * change * change / h;
       *older = *past;

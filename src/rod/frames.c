@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+/* t^j. */
 static inline hb_v3 tangent_at(const hb_rod_work *w, int j) { return hb_v3_load(w->tangent + 3 * j); }
 
 /* A prescribed formula of time at time t. */
@@ -59,10 +60,11 @@ hb_status hb_frames_check(const hb_model *model, const hb_rod *rod, const hb_rod
     hb_v3 d = {at_time(f->def->value[0], t), at_time(f->def->value[1], t), at_time(f->def->value[2], t)};
     double across = hb_v3_norm(hb_v3_cross(d, tangent_at(work, edge)));
     if (!(across > 1e-6 * hb_v3_norm(d)) || !isfinite(across))
-      return hb_fail(err, HB_ERR_NUMERIC,
-                     "rod %s: the prescribed director of edge %d, (%g, %g, %g) at t = %.9g, must be finite, not zero "
-                     "and not along the edge",
-                     rod->name, edge, d.x, d.y, d.z, t);
+      return hb_fail(
+          err, HB_ERR_NUMERIC,
+          "rod %s: the prescribed director of edge %d, (%g, %g, %g) at t = %.9g, must be finite, not zero "
+          "and not along the edge",
+          rod->name, edge, d.x, d.y, d.z, t);
   }
   return HB_OK;
 }
@@ -82,7 +84,8 @@ void hb_frames_hold(const hb_model *model, const hb_rod *rod, hb_state *state, h
     work->frame_turned[k] = turned + (angle - state->frame_angle[k]);
     state->frame_angle[k] = angle;
   }
-  if (rod->closed_form && rod->frame_count > 0) state->theta_0[rod->index] += work->frame_turned[rod->first_frame];
+  if (rod->closed_form && rod->frame_count > 0)
+    state->theta_0[rod->index] += work->frame_turned[rod->first_frame];
   hb_frames_now(model, rod, state, work);
 }
 

@@ -8,7 +8,8 @@ static int count(const hb_model *model, const hb_rod *rod) {
 }
 
 /* Values and, where asked for, derivatives. */
-static void evaluate(const hb_model *model, const hb_rod *rod, const double *x, double *values, double *rows) {
+static void evaluate(const hb_model *model, const hb_rod *rod, const double *x, double *values,
+                     double *rows) {
   for (int j = 0; j + 1 < rod->nv; j++) {
     int k = rod->first + j;
     hb_v3 g;
@@ -19,4 +20,5 @@ static void evaluate(const hb_model *model, const hb_rod *rod, const double *x, 
   }
 }
 
-const hb_constraint hb_constraint_inextensible = {"inextensible", "every edge keeps its rest length", count, evaluate};
+const hb_constraint hb_constraint_inextensible = {"inextensible", "every edge keeps its rest length", count,
+                                                  evaluate};

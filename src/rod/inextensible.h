@@ -5,7 +5,8 @@
 #include "hebra/plug.h"
 #include "math/vec3.h"
 
-/* Value of C_j; *gradient: its derivative by the far vertex, 2 e^j/|e-bar^j| (by the near one: minus that). */
+/* Value of C_j; *gradient: its derivative by the far vertex, 2 e^j/|e-bar^j| (by the near one: minus that).
+ */
 static inline double hb_inextensible_edge(const double *x, double rest, double inv_rest, hb_v3 *gradient) {
   hb_v3 e = {x[3] - x[0], x[4] - x[1], x[5] - x[2]};
   *gradient = hb_v3_scale(2 * inv_rest, e);

@@ -1,10 +1,12 @@
-/* Quasi-static twist of rods that are isotropic and straight at rest: uniform, in closed form (docs/theory, 3.2). */
+/* Quasi-static twist of rods that are isotropic and straight at rest: uniform, in closed form
+ * (docs/theory, 3.2). */
 #include "rod/rod.h"
 
 #include "math/rotation.h"
 
-/* The rotation that parallel transport from edge a to edge b amounts to, as a product of (1 + t.t', t x t'), which is
- * 2 cos(phi/2) times the half-angle quaternion: the norm does not matter. At most HB_PANEL_EDGES factors of norm <= 2. */
+/* The rotation that parallel transport from edge a to edge b amounts to, as a product of (1 + t.t', t x t'),
+ * which is 2 cos(phi/2) times the half-angle quaternion: the norm does not matter. At most HB_PANEL_EDGES
+ * factors of norm <= 2. */
 static hb_quat transport_along(const hb_rod_work *w, int a, int b) {
   hb_quat q = {1, {0, 0, 0}};
   hb_v3 t = hb_v3_load(w->tangent + 3 * a);
@@ -21,7 +23,8 @@ static hb_quat transport_along(const hb_rod_work *w, int a, int b) {
   return q;
 }
 
-/* Twist over one panel: from director d at its first edge to director e at its last, nearest to what it was. */
+/* Twist over one panel: from director d at its first edge to director e at its last, nearest to what it was.
+ */
 static double panel_twist(const hb_panel *panel, const hb_rod *rod, const hb_rod_work *w, hb_v3 d, hb_v3 e,
                           double expected) {
   int a = panel->from - rod->first, b = panel->to - rod->first;
@@ -29,7 +32,8 @@ static double panel_twist(const hb_panel *panel, const hb_rod *rod, const hb_rod
   return hb_nearest_angle(hb_angle_about(u, e, hb_v3_load(w->tangent + 3 * b)), expected);
 }
 
-/* Twist of the spans between prescribed frames and the moment that goes with it: m_i/l_i beta_i is constant. */
+/* Twist of the spans between prescribed frames and the moment that goes with it: m_i/l_i beta_i is constant.
+ */
 void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work) {
   for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++) {
     const hb_span *span = &model->spans[s];

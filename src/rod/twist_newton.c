@@ -1,8 +1,8 @@
 /* Quasi-static twist of general rods: Newton on dE/dtheta^j = 0, globalised (docs/theory, 3.3).
  *
- * The unknowns are turns delta^j of the material frames about their tangents; the frames carried from the last step
- * (time-parallel) are the start, so that the minimum is followed continuously and windings are kept in the twists m_i,
- * which are unbounded real numbers. */
+ * The unknowns are turns delta^j of the material frames about their tangents; the frames carried from the
+ * last step (time-parallel) are the start, so that the minimum is followed continuously and windings are kept
+ * in the twists m_i, which are unbounded real numbers. */
 #include "rod/rod.h"
 
 #include "math/rotation.h"
@@ -18,20 +18,22 @@
 /* A gradient below this part of the terms that it is made of is round-off. */
 #define ROUND_OFF (16 * DBL_EPSILON)
 
-/* A start may be far away, and each iteration goes at most LONGEST_TURN: so many times the iterations of a step. */
+/* A start may be far away, and each iteration goes at most LONGEST_TURN: so many times the iterations of a
+ * step. */
 #define START_FACTOR 100
 
 /* What one look at the energy tells. */
 typedef struct hb_look {
-  double energy;     /* bending + twisting, up to a constant */
-  double magnitude;  /* sum of the absolute values it was made of: its round-off is this times epsilon */
-  double residual;   /* max |gradient| over free edges */
-  double scale;      /* what the residual's terms were made of */
-  double floor;      /* gradient that one rounding of the frames themselves makes */
+  double energy;    /* bending + twisting, up to a constant */
+  double magnitude; /* sum of the absolute values it was made of: its round-off is this times epsilon */
+  double residual;  /* max |gradient| over free edges */
+  double scale;     /* what the residual's terms were made of */
+  double floor;     /* gradient that one rounding of the frames themselves makes */
 } hb_look;
 
 /* omega_i^j and B omega - pull for one side of vertex i; adds to the gradient and Hessian of edge j. */
-static void look_side(const hb_rod_work *w, int i, int side, double inv_l, hb_v3 kb, const double *m1, hb_look *look) {
+static void look_side(const hb_rod_work *w, int i, int side, double inv_l, hb_v3 kb, const double *m1,
+                      hb_look *look) {
   int j = i - 1 + side;
   hb_v3 d1 = hb_v3_load(m1 + 3 * j), t = hb_v3_load(w->tangent + 3 * j);
   const double *B = w->B_now + 3 * j, *pull = w->pull + 4 * i + 2 * side;
@@ -43,15 +45,18 @@ static void look_side(const hb_rod_work *w, int i, int side, double inv_l, hb_v3
   w->stress[4 * i + 2 * side] = b1;
   w->stress[4 * i + 2 * side + 1] = b2;
   w->gradient[j] += inv_l * (o2 * b1 - o1 * b2);
-  w->bending_diagonal[j] += inv_l * (o2 * (B[0] * o2 - B[1] * o1) - o1 * (B[1] * o2 - B[2] * o1) - o1 * b1 - o2 * b2);
+  w->bending_diagonal[j] +=
+      inv_l * (o2 * (B[0] * o2 - B[1] * o1) - o1 * (B[1] * o2 - B[2] * o1) - o1 * b1 - o2 * b2);
   double half = 0.5 * (o1 * s1 + o2 * s2), draw = pull[0] * o1 + pull[1] * o2;
   look->energy += inv_l * (half - draw);
   look->magnitude += inv_l * (half + fabs(draw));
-  look->scale = fmax(look->scale, inv_l * (fabs(o1) + fabs(o2)) * (fabs(s1) + fabs(s2) + fabs(pull[0]) + fabs(pull[1])));
+  look->scale = fmax(look->scale,
+                     inv_l * (fabs(o1) + fabs(o2)) * (fabs(s1) + fabs(s2) + fabs(pull[0]) + fabs(pull[1])));
 }
 
 /* Energy, gradient and Hessian at frames m1 and twists; leaves omega, stress and moments in the workspace. */
-static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, const double *m1, const double *twist) {
+static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, const double *m1,
+                       const double *twist) {
   int ne = rod->nv - 1, o = rod->first;
   hb_look look = {0, 0, 0, 0, DBL_MIN};
   memset(w->gradient, 0, (size_t)ne * sizeof(double));
@@ -79,21 +84,23 @@ static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, con
   return look;
 }
 
-/* The last pivot of a chain of edges that nothing holds: where bending is next to nothing beside twisting, elimination
- * leaves only round-off of it, but it is the stiffness against turning all edges alike, the sum of their bending parts.
- * Where that is negative its size is taken (the step then goes downhill); where it is noise the chain is not turned. */
+/* The last pivot of a chain of edges that nothing holds: where bending is next to nothing beside twisting,
+ * elimination leaves only round-off of it, but it is the stiffness against turning all edges alike, the sum
+ * of their bending parts. Where that is negative its size is taken (the step then goes downhill); where it is
+ * noise the chain is not turned. */
 static double soft_pivot(double bending_sum, double noise) {
   return fabs(bending_sum) > noise ? fabs(bending_sum) : HUGE_VAL;
 }
 
-/* L D L^T of the tridiagonal Hessian with held edges taken out; false if a pivot is not clearly positive. noise: what
- * round-off there may be in the bending parts. */
+/* L D L^T of the tridiagonal Hessian with held edges taken out; false if a pivot is not clearly positive.
+ * noise: what round-off there may be in the bending parts. */
 static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double shift, double noise) {
   int ne = rod->nv - 1;
   bool loose = true; /* edges of this chain so far are coupled to no held one */
   double bending_sum = 0;
   for (int j = 0; j < ne; j++) {
-    double bend = w->bending_diagonal[j], link = j > 0 ? w->off_diagonal[j] : 0, ahead = j + 1 < ne ? w->off_diagonal[j + 1] : 0;
+    double bend = w->bending_diagonal[j], link = j > 0 ? w->off_diagonal[j] : 0,
+           ahead = j + 1 < ne ? w->off_diagonal[j + 1] : 0;
     if (convex && bend < 0) bend = 0;
     double pivot = w->diagonal[j] + bend + shift, right = -w->gradient[j], whole = fabs(pivot);
     if (w->held[j]) {
@@ -109,8 +116,10 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
       pivot -= ratio * link;
       right -= ratio * w->delta[j - 1];
     }
-    if (loose && ahead == 0 && fabs(pivot) < SOFT * whole) pivot = soft_pivot(bending_sum, noise);
-    else if (!(pivot > 1e-13 * whole) || pivot == 0) return false;
+    if (loose && ahead == 0 && fabs(pivot) < SOFT * whole)
+      pivot = soft_pivot(bending_sum, noise);
+    else if (!(pivot > 1e-13 * whole) || pivot == 0)
+      return false;
     w->pivot[j] = 1 / pivot;
     w->delta[j] = right;
   }
@@ -122,9 +131,10 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
   return true;
 }
 
-/* A descent direction: Newton's if the Hessian is positive definite, else with as little added to its diagonal as makes
- * it so (the direction of negative curvature then goes furthest: where a minimum has just vanished, the way out is not
- * crept along), else with its negative parts cut off. Shortened to LONGEST_TURN. Returns the slope gradient . delta. */
+/* A descent direction: Newton's if the Hessian is positive definite, else with as little added to its
+ * diagonal as makes it so (the direction of negative curvature then goes furthest: where a minimum has just
+ * vanished, the way out is not crept along), else with its negative parts cut off. Shortened to LONGEST_TURN.
+ * Returns the slope gradient . delta. */
 static double find_direction(const hb_rod *rod, hb_rod_work *w, double noise) {
   int ne = rod->nv - 1;
   bool found = solve_turns(rod, w, false, 0, noise);
@@ -146,7 +156,8 @@ static double find_direction(const hb_rod *rod, hb_rod_work *w, double noise) {
 }
 
 /* trial = frames turned by part * delta. */
-static void turn_frames(const hb_rod *rod, hb_rod_work *w, const double *m1, const double *twist, double part) {
+static void turn_frames(const hb_rod *rod, hb_rod_work *w, const double *m1, const double *twist,
+                        double part) {
   for (int j = 0; j + 1 < rod->nv; j++) {
     double s, c, a = part * w->delta[j];
     hb_v3 d = hb_v3_load(m1 + 3 * j), t = hb_v3_load(w->tangent + 3 * j), n = hb_v3_cross(t, d);
@@ -165,11 +176,13 @@ static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state,
   for (int k = 0;; k++) {
     if (now.residual <= ROUND_OFF * now.scale + now.floor) break;
     if (k >= limit || !isfinite(now.energy))
-      return hb_fail(err, HB_ERR_NUMERIC,
-                     "rod %s: the quasi-static twist did not converge in %d Newton iterations (largest dE/dtheta %.3g, "
-                     "its terms are of size %.3g)",
-                     rod->name, k, now.residual, now.scale);
-    double noise = (8 + rod->nv) * DBL_EPSILON * now.magnitude, slope = find_direction(rod, w, noise), part = 1;
+      return hb_fail(
+          err, HB_ERR_NUMERIC,
+          "rod %s: the quasi-static twist did not converge in %d Newton iterations (largest dE/dtheta %.3g, "
+          "its terms are of size %.3g)",
+          rod->name, k, now.residual, now.scale);
+    double noise = (8 + rod->nv) * DBL_EPSILON * now.magnitude, slope = find_direction(rod, w, noise),
+           part = 1;
     hb_look next;
     for (;; part *= 0.5) {
       turn_frames(rod, w, m1, twist, part);
@@ -205,7 +218,8 @@ static void curvature_binormals(const hb_rod *rod, hb_rod_work *w) {
 
 /* B and pull of this step: elastic, plus viscosity as a spring towards the curvatures that the rate formula
  * (3 omega - 4 omega_1 + omega_2)/(2 h) makes stress-free (second-order backward difference). */
-static void set_targets(const hb_model *m, const hb_rod *rod, const hb_state *state, hb_rod_work *w, double h) {
+static void set_targets(const hb_model *m, const hb_rod *rod, const hb_state *state, hb_rod_work *w,
+                        double h) {
   int o = rod->first, nv = rod->nv;
   memcpy(w->B_now, m->B + 3 * o, 3 * (size_t)nv * sizeof(double));
   memcpy(w->pull, m->rest_pull + 4 * o, 4 * (size_t)nv * sizeof(double));
@@ -217,13 +231,14 @@ static void set_targets(const hb_model *m, const hb_rod *rod, const hb_state *st
   for (int i = 1; i + 1 < nv; i++)
     for (int c = 0; c < 4; c++) {
       double eta = m->viscosity[o + i - 1 + c / 2] / h;
-      w->pull[4 * i + c] += eta * (2 * state->omega_1[4 * (o + i) + c] - 0.5 * state->omega_2[4 * (o + i) + c]);
+      w->pull[4 * i + c] +=
+          eta * (2 * state->omega_1[4 * (o + i) + c] - 0.5 * state->omega_2[4 * (o + i) + c]);
     }
 }
 
-/* A carried frame turned once more by what it turned in the last step: first guess of this step, off by the square of
- * the step only. Long turns are not guesses any more and are dropped. keep < 1 where nothing holds the frames: where
- * such a rod has no stiffness against the turn nothing would ever end it. */
+/* A carried frame turned once more by what it turned in the last step: first guess of this step, off by the
+ * square of the step only. Long turns are not guesses any more and are dropped. keep < 1 where nothing holds
+ * the frames: where such a rod has no stiffness against the turn nothing would ever end it. */
 static hb_v3 spin_on(hb_v3 d, hb_v3 t, double keep, double *spin) {
   double s, c;
   *spin = fabs(*spin) < 0.5 ? keep * *spin : 0;
@@ -267,12 +282,14 @@ static void follow_first_angle(const hb_rod *rod, hb_state *state, const hb_rod_
   state->theta_0[rod->index] = hb_nearest_angle(angle, state->theta_0[rod->index]);
 }
 
-/* Is there a direction in which the energy falls at second order? Pivots of the Hessian that are clearly negative. */
+/* Is there a direction in which the energy falls at second order? Pivots of the Hessian that are clearly
+ * negative. */
 static bool on_a_saddle(const hb_rod *rod, const hb_rod_work *w) {
   double before = 1;
   for (int j = 0; j + 1 < rod->nv; j++) {
     if (w->held[j]) continue;
-    double whole = w->diagonal[j] + fabs(w->bending_diagonal[j]), pivot = w->diagonal[j] + w->bending_diagonal[j];
+    double whole = w->diagonal[j] + fabs(w->bending_diagonal[j]),
+           pivot = w->diagonal[j] + w->bending_diagonal[j];
     if (j > 0 && !w->held[j - 1]) pivot -= w->off_diagonal[j] * w->off_diagonal[j] / before;
     if (pivot < -1e-8 * whole) return true;
     if (!(pivot > 1e-13 * whole)) return false;
@@ -281,8 +298,8 @@ static bool on_a_saddle(const hb_rod *rod, const hb_rod_work *w) {
   return false;
 }
 
-/* Minimises; where symmetry has led to a saddle, leaves it by a small uneven turn of all frames and goes on. The last
- * Newton step has mostly shown already that the energy is convex there. */
+/* Minimises; where symmetry has led to a saddle, leaves it by a small uneven turn of all frames and goes on.
+ * The last Newton step has mostly shown already that the energy is convex there. */
 static hb_status minimise_past_saddles(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w,
                                        int limit, hb_error *err) {
   double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
@@ -314,10 +331,12 @@ hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state,
 }
 
 /* Minimise from the frames as they are; frames held "as relaxed" are still free. */
-hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w, hb_error *err) {
+hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w,
+                         hb_error *err) {
   for (int j = 0; j + 1 < rod->nv; j++) {
     int frame = m->frame_of[rod->first + j];
-    bool deferred = frame >= 0 && m->frames[frame].def->kind == HB_SUPPORT_ANGLE && m->frames[frame].def->held;
+    bool deferred =
+        frame >= 0 && m->frames[frame].def->kind == HB_SUPPORT_ANGLE && m->frames[frame].def->held;
     w->held[j] = frame >= 0 && !deferred;
   }
   curvature_binormals(rod, w);
@@ -344,7 +363,8 @@ void hb_twist_scan(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod
   for (int k = 1; k < 16; k++) {
     double angle = 2 * HB_PI * k / 16;
     for (int j = 0; j + 1 < rod->nv; j++)
-      hb_v3_store(w->trial_m1 + 3 * j, hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(w->tangent + 3 * j), angle));
+      hb_v3_store(w->trial_m1 + 3 * j,
+                  hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(w->tangent + 3 * j), angle));
     double energy = look_at(m, rod, w, w->trial_m1, twist).energy;
     if (energy < best - noise) {
       best = energy;
@@ -361,7 +381,8 @@ void hb_twist_residual(const hb_rod *rod, const hb_rod_work *w, double *residual
   for (int j = 0; j + 1 < rod->nv; j++) {
     if (!w->held[j]) *residual = fmax(*residual, fabs(w->gradient[j]));
     double parts = j > 0 ? fabs(w->moment[j]) : 0;
-    for (int c = 0; c < 4 && j > 0; c++) parts = fmax(parts, fabs(w->stress[4 * j + c] * w->omega[4 * j + (c ^ 1)]));
+    for (int c = 0; c < 4 && j > 0; c++)
+      parts = fmax(parts, fabs(w->stress[4 * j + c] * w->omega[4 * j + (c ^ 1)]));
     *scale = fmax(*scale, parts);
   }
 }

@@ -3,8 +3,8 @@
 #include "rod/inextensible.h"
 #include "time/integrators.h"
 
-const hb_force_term *const hb_force_terms[] = {&hb_force_gravity, &hb_force_load, &hb_force_wind, &hb_force_damping,
-                                               NULL};
+const hb_force_term *const hb_force_terms[] = {&hb_force_gravity, &hb_force_load, &hb_force_wind,
+                                               &hb_force_damping, NULL};
 
 const hb_constraint *const hb_constraints[] = {&hb_constraint_inextensible, NULL};
 

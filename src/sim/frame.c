@@ -6,7 +6,7 @@
 #include <string.h>
 
 const hb_frame_field hb_frame_fields[] = {
-#define HB_ROW(name, components, location, unit, text)                                                        \
+#define HB_ROW(name, components, location, unit, text)                                                       \
   {#name, components, location, unit, text, offsetof(hb_frame, name)},
     HB_FRAME_FIELDS(HB_ROW)
 #undef HB_ROW

@@ -15,7 +15,8 @@ static hb_status find_integrator(hb_sim *sim, hb_error *err) {
   for (int k = 0; hb_integrators[k]; k++)
     if (strcmp(hb_integrators[k]->name, name) == 0) sim->integrator = hb_integrators[k];
   if (sim->integrator) return HB_OK;
-  return hb_fail(err, HB_ERR_INPUT, "method.integrator: \"%s\" is not known; symplectic-euler and verlet are", name);
+  return hb_fail(err, HB_ERR_INPUT, "method.integrator: \"%s\" is not known; symplectic-euler and verlet are",
+                 name);
 }
 
 /* Everything allocated here; stepping allocates nothing. */
@@ -51,6 +52,7 @@ void hb_sim_free(hb_sim *sim) {
   hb_free(sim);
 }
 
+/* What a caller may ask, each a line. */
 const hb_model *hb_sim_model(const hb_sim *sim) { return sim->model; }
 hb_state *hb_sim_state(hb_sim *sim) { return sim->state; }
 const hb_state *hb_sim_const_state(const hb_sim *sim) { return sim->state; }
@@ -68,10 +70,11 @@ long hb_sim_total_steps(const hb_sim *sim) {
 size_t hb_sim_memory(const hb_sim *sim) {
   size_t n = (size_t)sim->model->nv;
   size_t stepper = (9 + (sim->model->any_follower ? 3 : 0)) * n * sizeof(double);
-  return sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes + sim->stepper.project_work.bytes + stepper +
-         4 * n * sizeof(double);
+  return sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes + sim->stepper.project_work.bytes +
+         stepper + 4 * n * sizeof(double);
 }
 
+/* 0 switches the clocks off. */
 void hb_sim_time_stages(hb_sim *sim, int every) { sim->time_every = every; }
 
 /* Timed seconds, scaled to all steps taken. */
@@ -83,8 +86,9 @@ void hb_sim_stage_seconds(const hb_sim *sim, double seconds[HB_STAGE_COUNT]) {
 /* A saved block comes back. */
 hb_status hb_sim_restore(hb_sim *sim, const double *block, size_t count, hb_error *err) {
   if (count != sim->state->count)
-    return hb_fail(err, HB_ERR_INPUT, "the saved state has %zu numbers, but this scene needs %zu: it is of another scene",
-                   count, sim->state->count);
+    return hb_fail(err, HB_ERR_INPUT,
+                   "the saved state has %zu numbers, but this scene needs %zu: it is of another scene", count,
+                   sim->state->count);
   memcpy(sim->state->block, block, count * sizeof *block);
   return HB_OK;
 }

@@ -13,7 +13,7 @@ struct hb_sim {
   double *acceleration; /* 3 per slot: of prescribed coordinates, for measuring */
   double *lambda;       /* per slot: multipliers at an instant, for measuring */
   double initial_correction;
-  int time_every;       /* time every n-th step; 0: never */
+  int time_every; /* time every n-th step; 0: never */
   long steps_timed, steps_taken;
 };
 

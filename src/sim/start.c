@@ -25,7 +25,8 @@ static hb_status fit_lengths(hb_sim *sim, const hb_rod *rod, hb_error *err) {
   hb_status status = hb_project_positions(sim->model, rod, sim->state->x, scratch, 1, NULL, NULL,
                                           &sim->stepper.project_work, &p, &inner);
   if (status)
-    return hb_fail(err, HB_ERR_INPUT, "the initial shape cannot be made to fit the rest lengths: %s", inner.text);
+    return hb_fail(err, HB_ERR_INPUT, "the initial shape cannot be made to fit the rest lengths: %s",
+                   inner.text);
   for (int i = rod->first; i < rod->first + rod->nv; i++) {
     hb_v3 moved = hb_v3_sub(hb_v3_load(sim->state->x + 3 * i), hb_v3_load(sim->model->initial + 3 * i));
     sim->initial_correction = fmax(sim->initial_correction, hb_v3_norm(moved));

@@ -13,7 +13,8 @@ static hb_status check_finite(const hb_sim *sim, hb_error *err) {
   struct {
     const char *what;
     const double *values;
-  } arrays[] = {{"load", state->load}, {"force", state->force}, {"velocity", state->v}}; /* causes before effects */
+  } arrays[] = {
+      {"load", state->load}, {"force", state->force}, {"velocity", state->v}}; /* causes before effects */
   for (size_t a = 0; a < sizeof arrays / sizeof arrays[0]; a++)
     for (int k = 0; k < 3 * m->nv; k++) {
       const hb_rod *rod = &m->rods[m->rod_of[k / 3]];

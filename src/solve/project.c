@@ -29,6 +29,7 @@ hb_status hb_project_work_create(const hb_model *model, hb_project_work *w, hb_e
   return HB_OK;
 }
 
+/* Frees the arrays. */
 void hb_project_work_free(hb_project_work *w) {
   hb_free(w->block);
   w->block = NULL;
@@ -151,8 +152,8 @@ typedef struct wave {
   hb_v3 pull, moved; /* what that edge pulls with; how its inner vertex moved */
 } wave;
 
-/* Edge j, whose neighbour towards the middle, inner, is done: its unknown, and the vertex between the two. outwards: +1
- * to the last edge, -1 to the first. Returns what is left of |C| of the inner edge. */
+/* Edge j, whose neighbour towards the middle, inner, is done: its unknown, and the vertex between the two.
+ * outwards: +1 to the last edge, -1 to the first. Returns what is left of |C| of the inner edge. */
 static inline double advance(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e, int j,
                              int outwards, wave *now) {
   int inner = j - outwards, o = rod->first;
@@ -168,17 +169,20 @@ static inline double advance(const hb_model *m, const hb_rod *rod, hb_project_wo
 }
 
 /* The vertex at the end: nothing pulls beyond it. */
-static inline double arrive(const hb_model *m, const hb_rod *rod, const effect *e, int outwards, const wave *now) {
+static inline double arrive(const hb_model *m, const hb_rod *rod, const effect *e, int outwards,
+                            const wave *now) {
   int edge = outwards > 0 ? rod->nv - 2 : 0, vertex = outwards > 0 ? rod->nv - 1 : 0, o = rod->first;
   hb_v3 none = {0, 0, 0};
-  hb_v3 moved = outwards > 0 ? move(m, e, o + vertex, now->pull, none) : move(m, e, o + vertex, none, now->pull);
+  hb_v3 moved =
+      outwards > 0 ? move(m, e, o + vertex, now->pull, none) : move(m, e, o + vertex, none, now->pull);
   hb_v3 change = hb_v3_sub(moved, now->moved);
   double inv_rest = m->inv_rest_length[o + edge];
   return hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
 }
 
-/* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is left if the
- * corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta e|^2/|e-bar| remains. */
+/* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is
+ * left if the corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta
+ * e|^2/|e-bar| remains. */
 static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e) {
   int ne = rod->nv - 1, o = rod->first, half = ne / 2;
   double after = 0, a = w->right[half - 1], b = w->right[half];
@@ -199,8 +203,8 @@ static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_wor
   return fmax(after, fmax(arrive(m, rod, e, -1, &left), arrive(m, rod, e, 1, &right)));
 }
 
-/* Directions of all corrections: the gradients at x_old. With multipliers of the last step, the first guess: its
- * corrections once more. */
+/* Directions of all corrections: the gradients at x_old. With multipliers of the last step, the first guess:
+ * its corrections once more. */
 static void set_directions(const hb_model *m, const hb_rod *rod, const double *x_old, double *x, double *v,
                            double inv_h, const double *lambda, hb_project_work *w) {
   const effect guess = {x, v, 1, inv_h, NULL, NULL, false};
@@ -282,10 +286,11 @@ static hb_status not_converged(const hb_model *m, const hb_rod *rod, const doubl
                  "(allowed: %.3g %s)%s",
                  rod->name, p->iterations, j, p->error, m->def->method.length_tolerance,
                  m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "of its length" : "absolute",
-                 p->singular && is_taut(m, rod, x) ? "; the rod is straight and taut between its supports, so nothing says to which "
-                               "side it should give: let the initial shape bend a little (initial: displace "
-                               "or perturb) and the supports start softly"
-                             : "");
+                 p->singular && is_taut(m, rod, x)
+                     ? "; the rod is straight and taut between its supports, so nothing says to which "
+                       "side it should give: let the initial shape bend a little (initial: displace "
+                       "or perturb) and the supports start softly"
+                     : "");
 }
 
 /* Newton on the lengths, from where the first guess is. */
@@ -366,8 +371,10 @@ void hb_project_tension(const hb_model *m, const hb_rod *rod, const double *x, c
   (void)meet(&given);
   lambda[half - 1] = w->right[half - 1];
   lambda[half] = w->right[half];
-  for (int j = half - 2; j >= 0; j--) lambda[j] = (w->right[j] - w->link[j + 1] * lambda[j + 1]) * w->pivot[j];
-  for (int j = half + 1; j < ne; j++) lambda[j] = (w->right[j] - w->link[j - 1] * lambda[j - 1]) * w->pivot[j];
+  for (int j = half - 2; j >= 0; j--)
+    lambda[j] = (w->right[j] - w->link[j + 1] * lambda[j + 1]) * w->pivot[j];
+  for (int j = half + 1; j < ne; j++)
+    lambda[j] = (w->right[j] - w->link[j - 1] * lambda[j - 1]) * w->pivot[j];
 }
 
 /* ||e|/|e-bar| - 1|. */

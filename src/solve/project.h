@@ -24,8 +24,8 @@ void hb_project_work_free(hb_project_work *work);
 /* How a projection went. */
 typedef struct hb_projection {
   int iterations;
-  double error; /* max |C_j|/|e-bar^j| (or max |C_j| for an absolute tolerance) at the end */
-  int edge;     /* where it was largest at the last look, slot */
+  double error;  /* max |C_j|/|e-bar^j| (or max |C_j| for an absolute tolerance) at the end */
+  int edge;      /* where it was largest at the last look, slot */
   bool singular; /* the rows hang on each other: the rod is taut and straight between its supports */
 } hb_projection;
 

@@ -58,6 +58,7 @@ void hb_stepper_release(hb_stepper *s) {
   hb_free(s->follower_m1);
 }
 
+/* Restarts the stage clock. */
 void hb_stepper_begin(hb_stepper *s) {
   if (s->timed) s->stage_started = hb_clock_now();
 }

@@ -50,8 +50,8 @@ void hb_stepper_place(hb_stepper *stepper, const hb_rod *rod, double t, double h
  */
 hb_status hb_stepper_evaluate(hb_stepper *stepper, const hb_rod *rod, double t, const double *v, double h,
                               hb_error *err);
-/* Inextensibility of positions; at_old: along the gradients at x_old (SHAKE) instead of those of the iterate. Books iterations
- * and errors. */
+/* Inextensibility of positions; at_old: along the gradients at x_old (SHAKE) instead of those of the iterate.
+ * Books iterations and errors. */
 hb_status hb_stepper_project(hb_stepper *stepper, const hb_rod *rod, double h, bool at_old, hb_error *err);
 /* Half of the work that loads, supports and damping did while the rod moved from x_old to x, with the forces
  * as they are now: called once before and once after the evaluation. */

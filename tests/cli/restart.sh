@@ -40,16 +40,50 @@ for place in alone nowhere; do
 done
 check "nothing is written by a restart without its trajectory" test -z "$(ls "$work/alone")" -a ! -e "$work/nowhere"
 
+# Two checkpoints agree but for the number of the run (bytes 16 to 23) and the check sum of everything (the last 8).
+without_run() { head -c 16 "$1"; tail -c +25 "$1" | head -c -8; }
+same_state() { cmp -s <(without_run "$1") <(without_run "$2"); }
+
 # A finished run is made longer: the same bits as a run that was that long from the start, also where the last frame of
 # the short one lies between the regular ones.
 run "$HEBRA" run $scene -o "$work/long" --quiet --set method.duration=0.4; wants 0
 run "$HEBRA" run $scene -o "$work/odd" --quiet --set method.duration=0.123; wants 0
 for name in whole odd; do
   run "$HEBRA" run --restart "$work/$name/checkpoint.hbc" --set method.duration=0.4 --quiet; wants 0
-  check "$name, made longer, ends in the same bits" same "$work/$name/checkpoint.hbc" "$work/long/checkpoint.hbc"
+  check "$name, made longer, ends in the same bits" same_state "$work/$name/checkpoint.hbc" "$work/long/checkpoint.hbc"
   tables "$work/$name"
   [ -d "$work/long/tables" ] || tables "$work/long"
   check "$name, made longer, has the same frames" diff -rq "$work/$name/tables" "$work/long/tables"
 done
 run "$HEBRA" run --restart "$work/long/checkpoint.hbc" --set method.duration=0.1; wants 2 already method.duration
+
+# Another scene in the directory of an older run: killed at once, it leaves its own checkpoint and no older report.
+sed 's/^title:.*/title: Another scene/' $scene >"$work/another.yaml"
+run "$HEBRA" run $scene -o "$work/mix" --quiet; wants 0
+cp "$work/mix/checkpoint.hbc" "$work/stale.hbc"
+"$HEBRA" run "$work/another.yaml" -o "$work/mix" --quiet --set output.checkpoint=1000 --set output.every=1000 \
+  --set method.duration=1e3 &
+other=$!
+wait_for 20 test ! -e "$work/mix/report.json"
+wait_for 20 test -e "$work/mix/checkpoint.hbc"
+kill -9 $other
+wait $other 2>/dev/null
+check "the older report is gone" test ! -e "$work/mix/report.json"
+check "the older checkpoint is replaced" bash -c "! cmp -s '$work/mix/checkpoint.hbc' '$work/stale.hbc'"
+# Even the older checkpoint put back does no harm to the trajectory.
+cp "$work/mix/trajectory.h5" "$work/mix.h5"
+cp "$work/mix/checkpoint.hbc" "$work/mix.hbc"
+cp "$work/stale.hbc" "$work/mix/checkpoint.hbc"
+run "$HEBRA" run --restart "$work/mix/checkpoint.hbc" --quiet; wants 2 'belongs to another run' 'Another scene'
+check "the trajectory is left as it was" same "$work/mix/trajectory.h5" "$work/mix.h5"
+cp "$work/mix.hbc" "$work/mix/checkpoint.hbc"
+run "$HEBRA" run --restart "$work/mix/checkpoint.hbc" --quiet --set method.duration=0.05; wants 0
+
+# A disk that takes no more bytes: one sentence, status 1, and what is there opens.
+limited() { (trap '' XFSZ; ulimit -f "$1"; shift; "$@"); }
+for blocks in 4 8 24 48 100; do
+  run limited $blocks "$HEBRA" run $scene -o "$work/full$blocks" --quiet; wants 1 'File too large'
+  check "$blocks blocks: one sentence" test "$(wc -l <"$work/.err")" = 1
+  check "$blocks blocks: nothing half written stays" test -z "$(ls "$work/full$blocks")"
+done
 finish

@@ -66,8 +66,21 @@ static void test_round_trip(void **state) {
   const hb_state *now = hb_sim_const_state(s.sim);
   assert_int_equal(saved.count, now->count);
   assert_memory_equal(saved.block, now->block, now->count * sizeof(double));
+  uint64_t run = saved.run;
+  assert_true(run != 0);
   hb_checkpoint_free(&saved);
   assert_null(saved.source);
+  /* A run that goes on keeps its number whatever becomes of the text; another text without it is another run.
+   */
+  static char longer[] = "title: A small rod\nmethod: {duration: 9}\n";
+  s.def.source = longer;
+  for (int k = 0; k < 2; k++) {
+    s.def.run = k ? run : 0;
+    assert_int_equal(hb_checkpoint_write(in_directory("a.checkpoint"), s.sim, 42, &err), HB_OK);
+    assert_int_equal(hb_checkpoint_read(in_directory("a.checkpoint"), &saved, &err), HB_OK);
+    assert_true((saved.run == run) == (k == 1));
+    hb_checkpoint_free(&saved);
+  }
   smallsim_free(&s);
 }
 

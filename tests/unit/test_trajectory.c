@@ -10,6 +10,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -279,6 +280,117 @@ static void test_continue_refused(void **state) {
   assert_int_equal(check_file(in_directory("b.h5")), 4);
 }
 
+/* Only the run that wrote a file goes on with it: the same rods in another scene are refused, the same run
+ * made longer is not, whatever its text has become, also from the larger copy on. */
+static void test_run_number(void **state) {
+  (void)state;
+  static char changed[] = "title: two rods\nmethod: {duration: 9}\nrods: []\n";
+  handmade h, other;
+  hb_writer *writer = NULL;
+  hb_error err;
+  handmade_fill(&h);
+  handmade_fill(&other);
+  h.def.run = 0x1234abcd;
+  write_file(in_directory("b.h5"), &h, 6, 4);
+  other.def.source = changed;
+  assert_int_equal(hb_writer_continue(in_directory("b.h5"), &other.model, 6, 2, &writer, &err), HB_ERR_INPUT);
+  assert_non_null(strstr(err.text, "b.h5: belongs to another run (000000001234abcd, titled "));
+  assert_null(writer);
+  assert_int_equal(check_file(in_directory("b.h5")), 4);
+  other.def.run = 0x1234abcd;
+  for (long plan = 6; plan <= 10; plan += 2) {
+    if (hb_writer_continue(in_directory("b.h5"), &other.model, plan, 2, &writer, &err) != HB_OK)
+      fail_msg("%s", err.text);
+    assert_int_equal(hb_writer_close(writer, &err), HB_OK);
+  }
+  other.def.run = 0;
+  other.def.source = NULL;
+  writer = NULL;
+  assert_int_equal(hb_writer_create(in_directory("b.h5"), &other.model, 6, &writer, &err), HB_OK);
+  add(writer, &other, 0, 3);
+  assert_int_equal(hb_writer_close(writer, &err), HB_OK);
+  assert_int_equal(hb_writer_continue(in_directory("b.h5"), &other.model, 6, 2, &writer, &err), HB_OK);
+  assert_int_equal(hb_writer_close(writer, &err), HB_OK);
+  other.def.method.time_step += 1;
+  assert_int_equal(hb_writer_continue(in_directory("b.h5"), &other.model, 6, 2, &writer, &err), HB_ERR_INPUT);
+}
+
+/* Files may become no longer than this; gives what was allowed before. */
+static rlim_t limit_files(rlim_t bytes) {
+  struct rlimit limit;
+  assert_int_equal(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  rlim_t before = limit.rlim_cur;
+  limit.rlim_cur = bytes;
+  assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  return before;
+}
+
+/* A disk that takes no more bytes while a file is made: a sentence with the system's reason, the older file
+ * as it was, nothing else left (the directory is empty in the end), and HDF5 can end in peace. */
+static void test_full_while_created(void **state) {
+  (void)state;
+  handmade h;
+  struct stat about;
+  void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+  handmade_fill(&h);
+  write_file(in_directory("c.h5"), &h, 6, 5);
+  assert_int_equal(stat(in_directory("c.h5"), &about), 0);
+  for (off_t bytes = 0; bytes < about.st_size; bytes += about.st_size / 37) {
+    hb_writer *writer = NULL;
+    hb_error err = {0};
+    rlim_t before = limit_files((rlim_t)bytes);
+    hb_status made = hb_writer_create(in_directory("c.h5"), &h.model, 6, &writer, &err);
+    hb_status longer = hb_writer_continue(in_directory("c.h5"), &h.model, 20, 2, &writer, NULL);
+    limit_files(before);
+    assert_int_equal(made, HB_ERR_IO);
+    assert_int_equal(longer, HB_ERR_IO);
+    assert_null(writer);
+    assert_non_null(strstr(err.text, "c.h5: "));
+    assert_non_null(strstr(err.text, ": File too large"));
+  }
+  assert_int_equal(check_file(in_directory("c.h5")), 5);
+  signal(SIGXFSZ, handler);
+}
+
+/* A disk that takes no more bytes while frames are added, wherever it begins to refuse them: a sentence, and
+ * the file opens with the frames that were added. */
+static void test_full_while_added(void **state) {
+  (void)state;
+  handmade h;
+  hb_frame *frame = NULL;
+  struct stat about;
+  hb_error err = {0};
+  void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
+  handmade_fill(&h);
+  assert_int_equal(hb_frame_create(&h.model, &frame, &err), HB_OK);
+  write_file(in_directory("c.h5"), &h, 6, 6);
+  assert_int_equal(stat(in_directory("c.h5"), &about), 0);
+  for (off_t bytes = 0; bytes < about.st_size; bytes += about.st_size / 37) {
+    hb_writer *writer = NULL;
+    assert_int_equal(hb_writer_create(in_directory("c.h5"), &h.model, 6, &writer, &err), HB_OK);
+    add(writer, &h, 0, 2);
+    long n = 2;
+    rlim_t before = limit_files((rlim_t)bytes);
+    hb_status status = HB_OK;
+    for (; status == HB_OK && n < 6; n++) {
+      handmade_frame(frame, n);
+      status = hb_writer_add(writer, frame, &err);
+    }
+    (void)hb_writer_close(writer, NULL); /* may say again what went wrong */
+    limit_files(before);
+    long found = check_file(in_directory("c.h5"));
+    if (status == HB_OK) {
+      assert_int_equal(found, 6);
+      continue;
+    }
+    assert_int_equal(status, HB_ERR_IO);
+    assert_non_null(strstr(err.text, ": File too large"));
+    assert_true(found == n - 1 || found == n);
+  }
+  hb_frame_free(frame);
+  signal(SIGXFSZ, handler);
+}
+
 /* More frames than planned, absurd plans, places where no file can be. */
 static void test_writer_errors(void **state) {
   (void)state;
@@ -509,6 +621,8 @@ int main(void) {
       cmocka_unit_test(test_writer_errors), cmocka_unit_test(test_reader_errors),
       cmocka_unit_test(test_truncated),     cmocka_unit_test(test_damaged),
       cmocka_unit_test(test_added_object),  cmocka_unit_test(test_wrong_requests),
-      cmocka_unit_test(test_quiet),         cmocka_unit_test(test_killed)};
+      cmocka_unit_test(test_run_number),    cmocka_unit_test(test_full_while_created),
+      cmocka_unit_test(test_quiet),         cmocka_unit_test(test_full_while_added),
+      cmocka_unit_test(test_killed)};
   return cmocka_run_group_tests(tests, set_up, tear_down);
 }
