@@ -1,6 +1,7 @@
 /* hebra VERB ...: finds the verb and hands over. */
 #include "cli/cli.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -101,6 +102,7 @@ int main(int argc, char **argv) {
     print_help(stderr);
     return CLI_BAD_INPUT;
   }
+  signal(SIGXFSZ, SIG_IGN); /* a file that may grow no more is an error of the write, with a sentence */
   int status = obey(argc, argv);
   if (fflush(stdout) != 0 || ferror(stdout)) {
     fputs("hebra: cannot write to standard output\n", stderr);
