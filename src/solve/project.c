@@ -5,6 +5,9 @@
 
 #include <string.h>
 
+/* Each use of these has constants in its arguments; only inlined is it compiled for them (10 % of a step). */
+#define INLINED static inline __attribute__((always_inline))
+
 /* Rows whose pivot falls below this part of its diagonal hang on the others: no room to move. */
 #define SINGULAR 1e-13
 /* Along fixed directions the lengths may have no solution at all; Newton that has not converged by then never
@@ -68,7 +71,7 @@ typedef struct finding {
 
 /* Row j: gradient, diagonal, elimination of the row before it (j-1 if forwards, else j+1). The link to that
  * row is kept: the entry by which the row before needs this row's unknown in the back substitution. */
-static inline void eliminate(const system *s, int j, bool forwards, chain *c, finding *found) {
+INLINED void eliminate(const system *s, int j, bool forwards, chain *c, finding *found) {
   int k = s->rod->first + j;
   const double *mass = s->m->inv_mass + 3 * k, *shared = forwards ? mass : mass + 3;
   double inv_rest = s->m->inv_rest_length[k], right;
@@ -105,7 +108,7 @@ static inline void eliminate(const system *s, int j, bool forwards, chain *c, fi
 
 /* Eliminates from both ends and solves the two rows that meet in the middle. The right-hand sides of those
  * two become their unknowns; all others wait for spread(). */
-static inline finding meet(const system *s) {
+INLINED finding meet(const system *s) {
   int ne = s->rod->nv - 1, half = ne / 2;
   chain a = {{0, 0, 0}, {0, 0, 0}, 0, 0}, b = a;
   finding found = {-1, s->rod->first, true};
@@ -134,6 +137,7 @@ typedef struct effect {
   const double *direction; /* 3 per edge */
   double *lambda;          /* sums of multipliers by edge of the rod, or NULL */
   bool relative;
+  bool judged; /* is what is left of the lengths asked for? */
 } effect;
 
 /* Moves vertex slot k by -w (pull of the edge before it - pull of the edge after it). */
@@ -152,38 +156,41 @@ typedef struct wave {
   hb_v3 pull, moved; /* what that edge pulls with; how its inner vertex moved */
 } wave;
 
-/* Edge j, whose neighbour towards the middle, inner, is done: its unknown, and the vertex between the two.
- * outwards: +1 to the last edge, -1 to the first. Returns what is left of |C| of the inner edge. */
-static inline double advance(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e, int j,
-                             int outwards, wave *now) {
-  int inner = j - outwards, o = rod->first;
-  double unknown = (w->right[j] - w->link[inner] * now->unknown) * w->pivot[j];
-  hb_v3 pull = hb_v3_scale(unknown, hb_v3_load(e->direction + 3 * j));
-  hb_v3 moved = outwards > 0 ? move(m, e, o + j, now->pull, pull) : move(m, e, o + inner, pull, now->pull);
-  hb_v3 change = hb_v3_sub(moved, now->moved);
-  double inv_rest = m->inv_rest_length[o + inner];
-  if (e->lambda) e->lambda[j] += unknown;
-  w->right[j] = unknown;
-  *now = (wave){unknown, pull, moved};
+/* What is left of |C| of an edge whose ends moved: |delta e|^2/|e-bar|. */
+INLINED double left_of(const hb_model *m, const effect *e, int slot, hb_v3 a, hb_v3 b) {
+  if (!e->judged) return 0;
+  hb_v3 change = hb_v3_sub(a, b);
+  double inv_rest = m->inv_rest_length[slot];
   return hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
 }
 
+/* Edge j, whose neighbour towards the middle, inner, is done: its unknown, and the vertex between the two.
+ * outwards: +1 to the last edge, -1 to the first. Returns what is left of |C| of the inner edge. */
+INLINED double advance(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e, int j,
+                       int outwards, wave *now) {
+  int inner = j - outwards, o = rod->first;
+  double unknown = (w->right[j] - w->link[inner] * now->unknown) * w->pivot[j];
+  hb_v3 pull = hb_v3_scale(unknown, hb_v3_load(e->direction + 3 * j)), before = now->moved;
+  hb_v3 moved = outwards > 0 ? move(m, e, o + j, now->pull, pull) : move(m, e, o + inner, pull, now->pull);
+  if (e->lambda) e->lambda[j] += unknown;
+  w->right[j] = unknown;
+  *now = (wave){unknown, pull, moved};
+  return left_of(m, e, o + inner, moved, before);
+}
+
 /* The vertex at the end: nothing pulls beyond it. */
-static inline double arrive(const hb_model *m, const hb_rod *rod, const effect *e, int outwards,
-                            const wave *now) {
+INLINED double arrive(const hb_model *m, const hb_rod *rod, const effect *e, int outwards, const wave *now) {
   int edge = outwards > 0 ? rod->nv - 2 : 0, vertex = outwards > 0 ? rod->nv - 1 : 0, o = rod->first;
   hb_v3 none = {0, 0, 0};
   hb_v3 moved =
       outwards > 0 ? move(m, e, o + vertex, now->pull, none) : move(m, e, o + vertex, none, now->pull);
-  hb_v3 change = hb_v3_sub(moved, now->moved);
-  double inv_rest = m->inv_rest_length[o + edge];
-  return hb_v3_dot(change, change) * inv_rest * (e->relative ? inv_rest : 1);
+  return left_of(m, e, o + edge, moved, now->moved);
 }
 
 /* Back substitution from the middle to both ends, corrections on the way. Returns the largest |C_j| that is
  * left if the corrections were lengths': the constraint is quadratic, its linear part is solved, so |delta
  * e|^2/|e-bar| remains. */
-static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e) {
+INLINED double spread(const hb_model *m, const hb_rod *rod, hb_project_work *w, const effect *e) {
   int ne = rod->nv - 1, o = rod->first, half = ne / 2;
   double after = 0, a = w->right[half - 1], b = w->right[half];
   wave left = {a, hb_v3_scale(a, hb_v3_load(e->direction + 3 * (half - 1))), {0, 0, 0}};
@@ -207,7 +214,7 @@ static inline double spread(const hb_model *m, const hb_rod *rod, hb_project_wor
  * its corrections once more. */
 static void set_directions(const hb_model *m, const hb_rod *rod, const double *x_old, double *x, double *v,
                            double inv_h, const double *lambda, hb_project_work *w) {
-  const effect guess = {x, v, 1, inv_h, NULL, NULL, false};
+  const effect guess = {x, v, 1, inv_h, NULL, NULL, false, false};
   hb_v3 before = {0, 0, 0};
   for (int j = 0, k = rod->first; j + 1 < rod->nv; j++, k++) {
     hb_v3 d;
@@ -302,7 +309,8 @@ static hb_status iterate(const hb_model *model, const hb_rod *rod, double *x, do
   int limit =
       along && method->max_projections > SHAKE_ITERATIONS ? SHAKE_ITERATIONS : method->max_projections;
   const effect correction = {
-      x, v, 1, 1 / h, along ? w->direction : w->gradient, lambda ? lambda + rod->first : NULL, relative};
+      x,        v,   1, 1 / h, along ? w->direction : w->gradient, lambda ? lambda + rod->first : NULL,
+      relative, true};
   for (;;) {
     finding found = along ? meet_along(&lengths) : meet_gradient(&lengths);
     result->error = found.worst;
@@ -341,7 +349,7 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
 void hb_project_velocities(const hb_model *m, const hb_rod *rod, const double *x, double *v,
                            hb_project_work *w) {
   const system rates = {m, rod, x, v, w, false, true, RATES};
-  const effect correction = {NULL, v, 0, 1, w->gradient, NULL, true};
+  const effect correction = {NULL, v, 0, 1, w->gradient, NULL, true, false};
   (void)meet_rates(&rates);
   (void)spread(m, rod, w, &correction);
 }
