@@ -1,4 +1,4 @@
-#include "time/stepper.h"
+#include "time/integrators.h"
 
 #include "base/clock.h"
 #include "base/memory.h"
@@ -280,4 +280,15 @@ void hb_stepper_book_supports(hb_stepper *s, const hb_rod *rod, double h, bool r
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
     work += 0.5 * (s->torque_old[k] + state->frame_torque[k]) * s->rod_work.frame_turned[k];
   state->scalar[HB_S_WORK_SUPPORTS] += work;
+}
+
+/* Rod by rod: their data stay in cache for a whole step. */
+hb_status hb_step_rods(hb_stepper *s, double h,
+                       hb_status (*step_rod)(hb_stepper *, const hb_rod *, double t, double h, hb_error *),
+                       hb_error *err) {
+  double t = (s->state->scalar[HB_S_STEP] + 1) * h;
+  hb_status status = HB_OK;
+  for (int r = 0; !status && r < s->model->rod_count; r++)
+    status = step_rod(s, &s->model->rods[r], t, h, err);
+  return status;
 }

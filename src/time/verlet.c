@@ -56,14 +56,8 @@ static hb_status step_rod(hb_stepper *s, const hb_rod *rod, double t, double h, 
   return HB_OK;
 }
 
-/* All rods from the state's time over h. */
-static hb_status step(hb_stepper *s, double h, hb_error *err) {
-  double t = (s->state->scalar[HB_S_STEP] + 1) * h;
-  hb_status status = HB_OK;
-  for (int r = 0; !status && r < s->model->rod_count; r++)
-    status = step_rod(s, &s->model->rods[r], t, h, err);
-  return status;
-}
+/* All rods. */
+static hb_status step(hb_stepper *s, double h, hb_error *err) { return hb_step_rods(s, h, step_rod, err); }
 
 const hb_integrator hb_integrator_verlet = {
     "verlet", "constrained velocity Verlet (SHAKE and RATTLE), second order and time-symmetric", 2, true,
