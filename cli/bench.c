@@ -68,6 +68,7 @@ static hb_status measure(const bench_case *c, int n, bench_result *out, hb_error
   write_scene(c, n, text, sizeof text);
   hb_status status = hb_scene_parse(text, strlen(text), "bench", NULL, NULL, 0, &def, err);
   if (status) return status;
+  def.method.lanes = cli_lanes();
   status = hb_model_create(&def, &model, err);
   if (!status) status = hb_sim_create(model, &sim, err);
   long steps = step_count(n);

@@ -8,6 +8,7 @@
 
 #include "hebra/model.h"
 #include "hebra/state.h"
+#include "math/rotation.h"
 
 /* What is known about one rod at the current positions. Big enough for the longest rod. */
 typedef struct hb_rod_work {
@@ -60,8 +61,10 @@ void hb_frames_closed(const hb_model *model, const hb_rod *rod, const hb_state *
 /* Bishop directors along the rod from u0 on edge 0, into out (3 per edge). */
 void hb_frames_bishop(const hb_rod *rod, const hb_rod_work *work, const double u0[3], double *out);
 
-/* twist_closed.c: after hb_frames_hold. Twist and moment of each span in closed form. */
-void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work);
+/* twist_closed.c: after hb_frames_hold. Twist and moment of each span in closed form. turns: transport along
+ * each panel of the model where it is known (then only tangents at panels' far ends are read), or NULL. */
+void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
+                     const hb_quat *turns);
 
 /* twist_newton.c: after hb_frames_hold. Carries the frames to the current tangents and minimises the energy
  * over the material angles. h: step for viscosity, 0: none. Adds its iterations to the state's counter. */
