@@ -16,7 +16,7 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   const char *scheme = m->def->method.integrator;
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
-  if (!rod->closed_form || m->any_follower || rod->nv < 3) return false;
+  if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
     if (euler && hb_support_moves(&m->positions[k])) return false;
   for (int i = rod->first; i < rod->first + rod->nv; i++)
