@@ -28,11 +28,8 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
   hb_status status = find_integrator(sim, err);
   if (!status) status = hb_state_create(model, &sim->state, err);
   if (!status) status = hb_stepper_init(&sim->stepper, model, sim->state, hb_force_terms, err);
-  if (!status) {
-    sim->acceleration = hb_alloc(3 * (size_t)model->nv, sizeof *sim->acceleration);
-    sim->lambda = hb_alloc((size_t)model->nv, sizeof *sim->lambda);
-    if (!sim->acceleration || !sim->lambda) status = hb_fail_memory(err, "simulation");
-  }
+  if (!status)
+    status = hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work, err);
   if (!status) status = hb_sim_start(sim, err);
   if (status) {
     hb_sim_free(sim);
@@ -47,8 +44,7 @@ void hb_sim_free(hb_sim *sim) {
   if (!sim) return;
   hb_stepper_release(&sim->stepper);
   hb_state_free(sim->state);
-  hb_free(sim->acceleration);
-  hb_free(sim->lambda);
+  hb_measure_release(&sim->measure);
   hb_free(sim);
 }
 
