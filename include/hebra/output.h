@@ -56,7 +56,7 @@ typedef struct hb_record_plan {
   const char *checkpoint; /* path; NULL: no checkpoints */
   double checkpoint_seconds; /* wall time between two; 0: one with every frame */
   bool threaded;             /* measure and write on a thread of its own, else in the call */
-  /* Called with every frame that has been written, in order, on the thread that wrote it; NULL: nobody looks.
+  /* Called with every frame, in order, on the thread that writes; NULL: nobody looks.
    */
   void (*seen)(void *context, const hb_frame *frame);
   void *context;

@@ -3,6 +3,13 @@
 #include "base/memory.h"
 #include "base/thread.h"
 
+#ifndef HB_NO_THREADS
+#include <time.h>
+
+/* Waking a sleeper costs the thread that calls some microseconds: little beside this. */
+#define NAP_NANOSECONDS 400000
+#endif
+
 struct hb_queue {
   void (*work)(void *context, int slot);
   void *context;
@@ -21,13 +28,23 @@ static int slot_of(const hb_queue *queue, long count) { return (int)(count % que
 
 #ifndef HB_NO_THREADS
 
+/* With the lock: waits until there is work or the end is asked for; a nap, then sleep until called. */
+static void await_work(hb_queue *queue) {
+  const struct timespec nap = {0, NAP_NANOSECONDS};
+  if (queue->done != queue->given || queue->stop) return;
+  pthread_mutex_unlock(&queue->gate.lock);
+  (void)nanosleep(&nap, NULL);
+  pthread_mutex_lock(&queue->gate.lock);
+  while (queue->done == queue->given && !queue->stop)
+    pthread_cond_wait(&queue->gate.there, &queue->gate.lock);
+}
+
 /* What the thread does: one slot after the other until there is nothing left and the end is asked for. */
 static void *serve(void *argument) {
   hb_queue *queue = argument;
   pthread_mutex_lock(&queue->gate.lock);
   for (;;) {
-    while (queue->done == queue->given && !queue->stop)
-      pthread_cond_wait(&queue->gate.there, &queue->gate.lock);
+    await_work(queue);
     if (queue->done == queue->given) break;
     int slot = slot_of(queue, queue->done);
     pthread_mutex_unlock(&queue->gate.lock);
@@ -46,6 +63,15 @@ static void await_open(hb_queue *queue, long open) {
   pthread_mutex_lock(&queue->gate.lock);
   while (queue->given - queue->done > open) pthread_cond_wait(&queue->gate.back, &queue->gate.lock);
   pthread_mutex_unlock(&queue->gate.lock);
+}
+
+/* More than the one at work. */
+bool hb_queue_more(hb_queue *queue) {
+  if (!queue->threaded) return false;
+  pthread_mutex_lock(&queue->gate.lock);
+  bool more = queue->given > queue->done + 1;
+  pthread_mutex_unlock(&queue->gate.lock);
+  return more;
 }
 
 /* Gate and thread. */
@@ -67,6 +93,12 @@ static void stop(hb_queue *queue) {
 }
 
 #else
+
+/* Work is done when it is given. */
+bool hb_queue_more(hb_queue *queue) {
+  (void)queue;
+  return false;
+}
 
 /* Nothing is ever open. */
 static void await_open(hb_queue *queue, long open) {

@@ -17,6 +17,9 @@ hb_status hb_queue_create(int slots, bool threaded, void (*work)(void *context, 
 /* Waits until all is done, ends the thread. NULL is allowed. */
 void hb_queue_free(hb_queue *queue);
 
+/* For work to ask: has more been handed over than what it is at? */
+bool hb_queue_more(hb_queue *queue);
+
 /* Number of the slot to fill next; waits until it is free. */
 int hb_queue_take(hb_queue *queue);
 /* Hands over the slot that hb_queue_take named last. */
