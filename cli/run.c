@@ -1,5 +1,6 @@
 /* hebra run: simulate a scene, or go on from a checkpoint. */
 #include "base/memory.h"
+#include "base/threads.h"
 #include "cli/advice.h"
 #include "cli/cli.h"
 #include "cli/progress.h"
@@ -41,10 +42,10 @@ typedef struct run {
   hb_sim *sim;
   hb_frame *start, *frame;
   hb_writer *writer;
+  hb_recorder *recorder; /* between its creation and finish, writer and frame are its own */
   cli_watch *watch;
   cli_progress progress;
   long frames;
-  double last_checkpoint;
   double largest_energy; /* in any frame so far */
 } run;
 
@@ -195,9 +196,17 @@ static hb_status restore(run *r, hb_error *err) {
 }
 
 /* Keeps the largest energy that a frame has shown. */
-static void note_energy(run *r) {
-  double energy = r->frame->kinetic + r->frame->bending + r->frame->twisting;
+static void note_energy(run *r, const hb_frame *frame) {
+  double energy = frame->kinetic + frame->bending + frame->twisting;
   if (energy > r->largest_energy) r->largest_energy = energy;
+}
+
+/* A frame has been written: shown to whoever looks. May be called by the thread that writes. */
+static void see_frame(void *context, const hb_frame *frame) {
+  run *r = context;
+  note_energy(r, frame);
+  cli_progress_show(&r->progress, frame);
+  if (r->watch) cli_watch_show(r->watch, frame);
 }
 
 /* A new trajectory takes the place of what another run left in the directory: the old checkpoint and report
@@ -213,6 +222,20 @@ static hb_status begin_files(run *r, long planned, hb_error *err) {
   status = hb_writer_add(r->writer, r->frame, err);
   r->frames = 1;
   return status ? status : hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+}
+
+/* From here on frames are written beside the run, if there is a processor for it. A run that is watched goes
+ * no faster than what is shown. */
+static hb_status begin_recording(run *r, hb_error *err) {
+  hb_record_plan plan = {.writer = r->writer,
+                         .frame = r->frame,
+                         .frames = r->frames,
+                         .checkpoint = r->checkpoint,
+                         .checkpoint_seconds = r->def.output.checkpoint_seconds,
+                         .threaded = !r->watch && hb_processors() > 1,
+                         .seen = see_frame,
+                         .context = r};
+  return hb_recorder_create(r->model, &plan, &r->recorder, err);
 }
 
 /* Model, simulation, files. Nothing is written before the scene has proved sound. */
@@ -232,7 +255,7 @@ static hb_status prepare(run *r, hb_error *err) {
   long steps = hb_sim_total_steps(r->sim), every = r->def.output.every,
        planned = 1 + (steps + every - 1) / every;
   hb_sim_measure(r->sim, r->frame);
-  note_energy(r);
+  note_energy(r, r->frame);
   hb_sim_time_stages(r->sim, TIMED_STEPS);
   if (r->opt.restart) {
     status = hb_writer_continue(r->trajectory, r->model, planned, r->frames, &r->writer, err);
@@ -240,7 +263,7 @@ static hb_status prepare(run *r, hb_error *err) {
     status = begin_files(r, planned, err);
   }
   if (!status && r->opt.watch) status = cli_watch_open(r->model, r->opt.watch, r->opt.speed, &r->watch, err);
-  return status;
+  return status ? status : begin_recording(r, err);
 }
 
 /* Ctrl-C and the polite kill wait here instead of ending the program; asked for between steps. */
@@ -271,33 +294,19 @@ static void drain_signals(const sigset_t *old) {
   sigprocmask(SIG_SETMASK, old, NULL);
 }
 
-/* Measures, writes, shows; a checkpoint now and then. */
-static hb_status give_frame(run *r, bool force_checkpoint, hb_error *err) {
-  hb_sim_measure(r->sim, r->frame);
-  hb_status status = hb_writer_add(r->writer, r->frame, err);
-  if (status) return status;
-  r->frames++;
-  note_energy(r);
-  cli_progress_show(&r->progress, r->frame);
-  if (r->watch) cli_watch_show(r->watch, r->frame);
-  double now = cli_progress_seconds(&r->progress);
-  if (!force_checkpoint && now - r->last_checkpoint < r->def.output.checkpoint_seconds) return HB_OK;
-  r->last_checkpoint = now;
-  return hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
-}
-
 /* Steps until the end, a signal, or trouble. */
-static hb_status simulate(run *r, hb_error *err) {
+static hb_status step_through(run *r, hb_error *err) {
   long total = hb_sim_total_steps(r->sim), every = r->def.output.every;
-  if (hb_sim_steps(r->sim) >= total) return hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+  if (hb_sim_steps(r->sim) >= total) return hb_recorder_checkpoint(r->recorder, r->sim, err);
   for (long n = hb_sim_steps(r->sim) + 1; n <= total; n++) {
     hb_status status = hb_sim_step(r->sim, err);
     if (status) return status;
-    bool frame = n % every == 0 || n == total;
-    if (frame) status = give_frame(r, n == total, err);
+    bool frame = n % every == 0 || n == total, look = frame || n % SIGNAL_STEPS == 0;
+    if (frame) status = hb_recorder_add(r->recorder, r->sim, n == total, err);
+    if (look && !status) status = hb_recorder_check(r->recorder, err);
     if (status) return status;
-    if ((frame || n % SIGNAL_STEPS == 0) && n < total && asked_to_stop()) {
-      status = hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+    if (look && n < total && asked_to_stop()) {
+      status = hb_recorder_checkpoint(r->recorder, r->sim, err);
       return status ? status
                     : hb_fail(err, HB_ERR_INTERRUPTED,
                               "stopped on request at t = %.9g; hebra run --restart %s goes on from there",
@@ -305,6 +314,19 @@ static hb_status simulate(run *r, hb_error *err) {
     }
   }
   return HB_OK;
+}
+
+/* The run, with everything written. What could not be written comes first: the run was past it already when
+ * something else ended it. */
+static hb_status simulate(run *r, hb_error *err) {
+  hb_error writing = {HB_OK, ""};
+  hb_status status = step_through(r, err);
+  if (hb_recorder_wait(r->recorder, &writing)) {
+    *err = writing;
+    status = writing.status;
+  }
+  r->frames = hb_recorder_frames(r->recorder);
+  return status;
 }
 
 /* Prints a file to stdout. */
@@ -352,6 +374,7 @@ static int finish(run *r, hb_status status, hb_error *err) {
 
 /* Frees what the run owns. */
 static void release(run *r) {
+  hb_recorder_free(r->recorder);
   if (r->watch) cli_watch_close(r->watch);
   (void)hb_writer_close(r->writer, NULL);
   hb_frame_free(r->frame);
