@@ -21,6 +21,7 @@
 /* Steps between two looks at the signals. */
 #define SIGNAL_STEPS 64
 #define TIMED_STEPS 16
+#define MOST_NOTES 20
 
 /* The arguments. */
 typedef struct options {
@@ -167,7 +168,10 @@ static void say_notes(const run *r) {
   if (r->opt.quiet) return;
   fprintf(stderr, "%s\n", r->def.title ? r->def.title : "untitled scene");
   if (hb_report_step_warning(r->model, text)) fprintf(stderr, "warning: %s\n", text);
-  for (int k = 0; k < r->model->note_count; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
+  int told = r->model->note_count < MOST_NOTES ? r->model->note_count : MOST_NOTES;
+  for (int k = 0; k < told; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
+  if (told < r->model->note_count)
+    fprintf(stderr, "note: %d notes more (hebra check --json lists all)\n", r->model->note_count - told);
   if (moved > 1e-6 * r->model->rods[0].length)
     fprintf(stderr,
             "note: the initial shape was moved by up to %.3g so that every edge has its rest length\n",

@@ -12,16 +12,21 @@ static hb_status check_force(const hb_scene_def *def, int k, hb_error *err) {
   if (f->rod < -1 || f->rod >= def->rod_count)
     return hb_compile_fail(def, f->line, f->column, err,
                            "forces[%d]: rod %d does not exist; there are %d rods", k, f->rod, def->rod_count);
+  if (f->rods < 0 || f->rods > def->rod_count - (f->rod > 0 ? f->rod : 0))
+    return hb_compile_fail(def, f->line, f->column, err,
+                           "forces[%d]: %d rods from rod %d on do not exist; there are %d rods", k, f->rods,
+                           f->rod, def->rod_count);
   for (int r = 0; f->kind == HB_FORCE_POINT && r < def->rod_count; r++) {
     int nv = def->rods[r].nv;
-    if ((f->rod == -1 || f->rod == r) && (f->vertex >= nv || f->vertex < -nv))
+    if (hb_force_def_acts_on(f, r) && (f->vertex >= nv || f->vertex < -nv))
       return hb_compile_fail(def, f->line, f->column, err,
                              "forces[%d]: vertex %d does not exist; %s has vertices 0 .. %d", k, f->vertex,
                              def->rods[r].name ? def->rods[r].name : "the rod", nv - 1);
   }
   for (int c = 0; c < 2; c++)
     if (!(f->linear[c] >= 0 && isfinite(f->linear[c])) ||
-        !(f->quadratic[c] >= 0 && isfinite(f->quadratic[c])))
+        !(f->quadratic[c] >= 0 && isfinite(f->quadratic[c])) ||
+        !(f->per_radius[c] >= 0 && isfinite(f->per_radius[c])))
       return hb_compile_fail(def, f->line, f->column, err,
                              "forces[%d]: drag coefficients must be finite and >= 0", k);
   return HB_OK;

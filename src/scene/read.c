@@ -21,26 +21,36 @@ static void put_place(const hb_scene_reader *r, const hb_node *node, bool at_key
     snprintf(buffer, size, "%.300s:%d:%d: %s%s", r->name, line, column, path, colon);
 }
 
+/* " (copy 37 of 100)" behind a sentence that is about one copy of a rod. What is wrong with the first copy is
+ * wrong with the entry, if nothing else is known. */
+static const char *put_copy(const hb_scene_reader *r, bool of_this, char buffer[64]) {
+  buffer[0] = 0;
+  if (r->copies && (of_this || r->copy > 0)) snprintf(buffer, 64, " (copy %d of %d)", r->copy, r->copies);
+  return buffer;
+}
+
 /* Fails at the value. */
 hb_status hb_scene_fail(const hb_scene_reader *r, const hb_node *node, const char *format, ...) {
   char place[700], sentence[700];
   va_list args;
+  char copy[64];
   put_place(r, node, false, place, sizeof place);
   va_start(args, format);
   vsnprintf(sentence, sizeof sentence, format, args);
   va_end(args);
-  return hb_fail(r->err, HB_ERR_INPUT, "%s%s", place, sentence);
+  return hb_fail(r->err, HB_ERR_INPUT, "%s%s%s", place, sentence, put_copy(r, false, copy));
 }
 
 /* Fails at the key. */
 hb_status hb_scene_fail_key(const hb_scene_reader *r, const hb_node *node, const char *format, ...) {
   char place[700], sentence[700];
   va_list args;
+  char copy[64];
   put_place(r, node, true, place, sizeof place);
   va_start(args, format);
   vsnprintf(sentence, sizeof sentence, format, args);
   va_end(args);
-  return hb_fail(r->err, HB_ERR_INPUT, "%s%s", place, sentence);
+  return hb_fail(r->err, HB_ERR_INPUT, "%s%s%s", place, sentence, put_copy(r, false, copy));
 }
 
 /* A value for a message: short, on one line. */
@@ -182,12 +192,13 @@ static bool keeps(double value, hb_scene_rule rule) {
 /* Complains about a formula's value; where names the place on the rod or is "". */
 static hb_status fail_value(const hb_scene_reader *r, const hb_node *node, double value, const char *where,
                             const char *what) {
-  char *end, buffer[72];
+  char *end, buffer[72], copy[64];
   strtod(node->text, &end);
   if (!*end && !where[0]) return hb_scene_expected(r, node, what);
   if (isnan(value)) value = fabs(value); /* its sign is not the same everywhere */
-  return hb_scene_fail(r, node, "\"%s\" gives %g%s, which is not allowed; %s is expected",
-                       shown(node->text, buffer), value, where, what);
+  return hb_scene_fail(r, node, "\"%s\" gives %g%s, which is not allowed; %s is expected%s",
+                       shown(node->text, buffer), value, where, what,
+                       r->copy == 0 ? put_copy(r, true, copy) : "");
 }
 
 /* A compiled formula. */
@@ -198,8 +209,8 @@ hb_status hb_scene_formula(const hb_scene_reader *r, const hb_node *node, unsign
   *out = NULL;
   if (node->kind != HB_NODE_SCALAR || !node->text[0])
     return hb_scene_expected(r, node, "a number or formula");
-  const hb_parameter *parameters = r->def->parameters;
-  hb_status status = hb_formula_parse(node->text, allowed, parameters, r->def->parameter_count, out, &inner);
+  int parameters = r->def->parameter_count + (r->copies ? HB_SCENE_COPY_NAMES : 0);
+  hb_status status = hb_formula_parse(node->text, allowed, r->def->parameters, parameters, out, &inner);
   if (status == HB_ERR_INPUT)
     return hb_scene_fail(r, node, "not a number or formula that is allowed here: %s", inner.text);
   if (status != HB_OK) return hb_scene_pass(r, node, &inner);

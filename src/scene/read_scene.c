@@ -26,11 +26,12 @@ static hb_status find_reserved(const char *name, bool *reserved, hb_error *err) 
 /* parameters: {name: formula of the earlier ones} */
 static hb_status read_parameters(hb_scene_reader *r, const hb_node *node) {
   static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
-  if (!node) return HB_OK;
-  if (node->kind != HB_NODE_MAP)
+  if (node && node->kind != HB_NODE_MAP)
     return hb_scene_expected(r, node, "a mapping of names to numbers or formulas");
-  r->def->parameters = hb_alloc((size_t)node->count, sizeof *r->def->parameters);
+  size_t count = (node ? (size_t)node->count : 0) + HB_SCENE_COPY_NAMES;
+  r->def->parameters = hb_alloc(count, sizeof *r->def->parameters);
   if (!r->def->parameters) return hb_fail_memory(r->err, "parameters");
+  if (!node) return HB_OK;
   for (int k = 0; k < node->count; k++) {
     const hb_node *child = node->children[k];
     size_t n = strlen(child->key);
@@ -150,6 +151,8 @@ hb_status hb_scene_parse_limited(const char *text, size_t length, const hb_scene
   if (!status) status = read_root(&r, root);
   if (!status) status = keep_source(&r, root, text, length, override_count > 0);
   hb_node_free(root);
+  hb_free(r.entries);
+  hb_free(r.names);
   if (status) hb_scene_def_free(r.def);
   return status;
 }
