@@ -247,10 +247,11 @@ static void print_text(const hb_model *m, const summary *s) {
   if (def->title) printf("title      %s\n", def->title);
   print_rods(m, s);
   for (int k = 0; k < def->force_count; k++) print_force(m, &def->forces[k]);
-  printf("method     %s, step %g, duration %g: %.0f steps; lengths kept to %g %s\n",
+  printf("method     %s, step %g, duration %g: %.0f steps; lengths kept to %g %s%s\n",
          method->integrator ? method->integrator : "verlet", method->time_step, method->duration, s->steps,
          method->length_tolerance,
-         method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute");
+         method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute",
+         method->precision == HB_PRECISION_SINGLE ? "; single precision" : "");
   print_step_limit(m, s);
   printf("output     every %d steps: %.0f frames, about %s\n", def->output.every, s->frames,
          in_bytes(s->bytes, a));
@@ -322,7 +323,8 @@ static void print_json(const hb_model *m, const summary *s) {
   printf(",\n  ");
   json_number("time_step", method->time_step, ", ");
   json_number("duration", method->duration, ", ");
-  json_number("length_tolerance", method->length_tolerance, ",\n  ");
+  json_number("length_tolerance", method->length_tolerance, ", ");
+  printf("\"precision\": \"%s\",\n  ", method->precision == HB_PRECISION_SINGLE ? "single" : "double");
   json_number("steps", s->steps, ", ");
   json_number("frames", s->frames, ", ");
   json_number("bytes", s->bytes, ", ");

@@ -94,14 +94,21 @@ typedef enum hb_length_tolerance_kind {
   HB_TOLERANCE_ABSOLUTE  /* max |C_j|, as the thesis printed it */
 } hb_length_tolerance_kind;
 
+typedef enum hb_precision {
+  HB_PRECISION_DOUBLE,
+  HB_PRECISION_SINGLE /* the step in float: faster, for pictures; length tolerances from 1e-6 on only */
+} hb_precision;
+
 typedef struct hb_method_def {
   char *integrator;        /* "symplectic-euler" or "verlet" */
   double time_step;        /* > 0 */
   double duration;         /* >= 0 */
-  double length_tolerance; /* default 1e-10 */
+  double length_tolerance; /* default 1e-10 (a scene file with precision single: 1e-5) */
   hb_length_tolerance_kind length_tolerance_kind;
   int max_projections;      /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
+  hb_precision precision;   /* default double */
+  int threads; /* of a run, >= 1; 0: as many as the machine has processors. Not part of a scene file */
   int line, column;
 } hb_method_def;
 

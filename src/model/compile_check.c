@@ -32,6 +32,11 @@ static hb_status check_force(const hb_scene_def *def, int k, hb_error *err) {
   return HB_OK;
 }
 
+/* Smallest relative length tolerance: a few times the round-off of a squared length. */
+double hb_compile_least_tolerance(const hb_method_def *method) {
+  return method->precision == HB_PRECISION_SINGLE ? 1e-6 : 1e-14;
+}
+
 /* Method, output and loads. */
 hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
   const hb_method_def *m = &def->method;
@@ -50,11 +55,18 @@ hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
   if (!(m->length_tolerance > 0 && isfinite(m->length_tolerance)))
     return hb_compile_fail(def, m->line, m->column, err,
                            "method.length_tolerance: %g is not allowed; it must be > 0", m->length_tolerance);
-  if (m->length_tolerance_kind == HB_TOLERANCE_RELATIVE && m->length_tolerance < 1e-14)
+  bool single = m->precision == HB_PRECISION_SINGLE;
+  double least = hb_compile_least_tolerance(m);
+  if (m->length_tolerance_kind == HB_TOLERANCE_RELATIVE && m->length_tolerance < least)
     return hb_compile_fail(
         def, m->line, m->column, err,
-        "method.length_tolerance: %g is below what double precision can hold; at least 1e-14 is needed",
-        m->length_tolerance);
+        "method.length_tolerance: %g is below what %s precision can hold; at least %g is needed%s",
+        m->length_tolerance, single ? "single" : "double", least, single ? ", or precision: double" : "");
+  if (m->threads < 0)
+    return hb_compile_fail(def, 0, 0, err,
+                           "%d threads are not possible; at least 1, or 0 to let the program "
+                           "choose, is expected",
+                           m->threads);
   if (m->max_projections < 1 || m->max_twist_iterations < 1)
     return hb_compile_fail(def, m->line, m->column, err, "method: iteration limits must be >= 1");
   if (def->output.every < 1)

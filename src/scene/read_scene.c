@@ -72,11 +72,12 @@ static hb_status read_tolerance(hb_scene_reader *r, const hb_node *node, hb_meth
 static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   static const char *const keys[] = {
       "integrator",           "time_step", "duration", "length_tolerance", "max_projections",
-      "max_twist_iterations", NULL};
+      "max_twist_iterations", "precision", NULL};
+  static const char *const precisions[] = {"double", "single", NULL};
   static const char *const integrators[] = {"symplectic-euler", "verlet", NULL};
   hb_method_def *m = &r->def->method;
   const hb_node *step, *duration;
-  int choice = 1;
+  int choice = 1, precision = 0;
   hb_scene_place(node, &m->line, &m->column);
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = hb_scene_choice(r, hb_node_find(node, "integrator"), integrators, &choice);
@@ -84,6 +85,9 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   if (!status) status = hb_scene_number(r, step, HB_RULE_POSITIVE, &m->time_step);
   if (!status) status = hb_scene_need(r, node, "duration", "a number or formula >= 0", &duration);
   if (!status) status = hb_scene_number(r, duration, HB_RULE_NOT_NEGATIVE, &m->duration);
+  if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
+  m->precision = precision == 1 ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
+  if (m->precision == HB_PRECISION_SINGLE) m->length_tolerance = 1e-5;
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
   if (!status)
     status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
