@@ -18,8 +18,10 @@ static hb_v3 value_at(const hb_model *m, hb_formula *const value[3], int k, doub
   vars[HB_VAR_I] = k - rod->first;
   vars[HB_VAR_L] = rod->length;
   for (int c = 0; c < 3; c++) vars[HB_VAR_X + c] = m->initial[3 * k + c];
-  for (int c = 0; c < 3; c++)
-    if (value[c]) hb_formula_eval_dt(value[c], vars, &out[c], &rate[c]);
+  for (int c = 0; c < 3; c++) {
+    if (value[c] && speed) hb_formula_eval_dt(value[c], vars, &out[c], &rate[c]);
+    if (value[c] && !speed) out[c] = hb_formula_eval(value[c], vars);
+  }
   if (speed) *speed = hb_v3_norm(hb_v3_load(rate));
   return hb_v3_load(out);
 }

@@ -148,9 +148,9 @@ hb_status hb_scene_list(const hb_scene_reader *r, const hb_node *node, int count
 /* Only known keys. */
 hb_status hb_scene_check_keys(const hb_scene_reader *r, const hb_node *node, const char *const *keys) {
   char list[400];
-  join(keys, list, sizeof list);
   if (node->kind != HB_NODE_MAP) {
     char what[460];
+    join(keys, list, sizeof list);
     snprintf(what, sizeof what, "a mapping with the keys %s", list);
     return hb_scene_expected(r, node, what);
   }
@@ -164,6 +164,7 @@ hb_status hb_scene_check_keys(const hb_scene_reader *r, const hb_node *node, con
                                "unknown key; a formula with a comma must stand in quotes inside { }");
     const char *near = hb_scene_nearest(child->key, keys);
     if (near) return hb_scene_fail_key(r, child, "unknown key; the nearest known key here is \"%s\"", near);
+    join(keys, list, sizeof list);
     return hb_scene_fail_key(r, child, "unknown key; the known keys here are %s", list);
   }
   return HB_OK;
@@ -350,14 +351,13 @@ hb_status hb_scene_along(const hb_scene_reader *r, const hb_node *node, const hb
   if (status != HB_OK) return status;
   bool constant = hb_formula_is_constant(formula);
   for (int k = 0; status == HB_OK && k < arc->nv - on_edges; k++) {
-    char where[40] = "";
-    hb_scene_vars(arc, on_edges, k, vars);
+    if (!constant || k == 0) hb_scene_vars(arc, on_edges, k, vars);
     double value = constant && k > 0 ? out[0] : hb_formula_eval(formula, vars);
+    out[(size_t)k * (size_t)stride] = value;
+    if (keeps(value, rule)) continue;
+    char where[40] = "";
     if (!constant) snprintf(where, sizeof where, " at %s %d", on_edges ? "edge" : "vertex", k);
-    if (keeps(value, rule))
-      out[(size_t)k * (size_t)stride] = value;
-    else
-      status = fail_value(r, node, value, where, rule_words(rule));
+    status = fail_value(r, node, value, where, rule_words(rule));
   }
   hb_formula_free(formula);
   return status;
@@ -375,11 +375,10 @@ hb_status hb_scene_along_vector(const hb_scene_reader *r, const hb_node *node, c
     for (int c = 0; status == HB_OK && c < 3; c++) {
       char where[40];
       double value = hb_formula_eval(formulas[c], vars);
+      out[3 * k + c] = value;
+      if (isfinite(value)) continue;
       snprintf(where, sizeof where, " at vertex %d", k);
-      if (isfinite(value))
-        out[3 * k + c] = value;
-      else
-        status = fail_value(r, node->children[c], value, where, "a finite number");
+      status = fail_value(r, node->children[c], value, where, "a finite number");
     }
   }
   for (int c = 0; c < 3; c++) hb_formula_free(formulas[c]);
