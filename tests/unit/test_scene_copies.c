@@ -62,7 +62,7 @@ static void every_formula_sees_its_copy(void **state) {
   assert_int_equal(def.parameter_count, 1);
   for (int k = 0; k < 40; k++) {
     const hb_rod_def *rod = &def.rods[k];
-    char name[16];
+    char name[24];
     double length = 0;
     snprintf(name, sizeof name, "hair-%d", k);
     assert_string_equal(rod->name, name);
@@ -106,7 +106,7 @@ static void a_copy_is_the_rod_written_out(void **state) {
       "rods:\n  - {name: hair, %srest: {helix: {radius: 1, pitch: 0.2 + 0.01*%s, turns: 1, vertices: 7}}, "
       "section: {ellipse: {a: 0.1, b: '0.05*(1 + 0.5*noise(%s, u))'}}, E: 1e6*(1 + %s), nu: 0.01*%s, "
       "density: 1e3, natural_curvature: ['3*(1 + 0.2*noise(%s))', 0.1*%s]}\n";
-  char text[1200], number[8];
+  char text[1200], number[16];
   hb_scene_def many, one;
   snprintf(text, sizeof text, format, "copies: {count: 9}, ", "k", "k", "k", "k", "k", "k");
   hb_model *model = read_set(text, NULL, 0, &many), *single;
