@@ -21,8 +21,8 @@ enum { TEXT_ROOM = 4096 };
 typedef struct request {
   const char *path, *out;
   long frame; /* counted from the end if negative */
-  bool by_time, camera, perspective, plain, quiet;
-  double time, speed, radius, from[3];
+  bool by_time, camera, perspective, plain, quiet, colored;
+  double time, speed, radius, from[3], color[3];
   int width, height, fps;
 } request;
 
@@ -44,17 +44,28 @@ static bool read_number(const char *text, double *out) {
   return end != text && !*end && isfinite(*out);
 }
 
-/* x,y,z, not all zero. */
-static bool read_direction(const char *text, double out[3]) {
-  double size = 0;
+/* x,y,z: finite numbers. */
+static bool read_three(const char *text, double out[3]) {
   for (int k = 0; k < 3; k++) {
     char *end = NULL;
     out[k] = strtod(text, &end);
     if (end == text || !isfinite(out[k]) || *end != (k < 2 ? ',' : 0)) return false;
-    size += fabs(out[k]);
     text = end + 1;
   }
-  return size > 0;
+  return true;
+}
+
+/* x,y,z, not all zero. */
+static bool read_direction(const char *text, double out[3]) {
+  return read_three(text, out) && fabs(out[0]) + fabs(out[1]) + fabs(out[2]) > 0;
+}
+
+/* Red, green, blue. */
+static bool read_color(const char *text, double out[3]) {
+  if (!read_three(text, out)) return false;
+  for (int k = 0; k < 3; k++)
+    if (out[k] < 0 || out[k] > 1) return false;
+  return true;
 }
 
 /* A whole number of frames. */
@@ -78,6 +89,7 @@ static bool take_option(int c, const char *value, request *r, const char **what)
     r->camera = strcmp(value, "camera") == 0;
     return r->camera || strcmp(value, "three") == 0;
   case 'd': *what = "--from needs a direction x,y,z"; return r->camera = read_direction(value, r->from);
+  case 'c': *what = "--color needs R,G,B, each from 0 to 1"; return r->colored = read_color(value, r->color);
   case 's':
     *what = "--size needs WIDTHxHEIGHT, each side 64 to 8192";
     return cli_read_size(value, least, &r->width, &r->height);
@@ -102,19 +114,14 @@ static bool is_film(const request *r) {
 
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, request *r) {
-  static const struct option longs[] = {{"output", required_argument, NULL, 'o'},
-                                        {"frame", required_argument, NULL, 'f'},
-                                        {"time", required_argument, NULL, 't'},
-                                        {"view", required_argument, NULL, 'v'},
-                                        {"from", required_argument, NULL, 'd'},
-                                        {"size", required_argument, NULL, 's'},
-                                        {"fps", required_argument, NULL, 'p'},
-                                        {"speed", required_argument, NULL, 'x'},
-                                        {"radius", required_argument, NULL, 'r'},
-                                        {"perspective", no_argument, NULL, 'P'},
-                                        {"plain", no_argument, NULL, 'n'},
-                                        {"quiet", no_argument, NULL, 'q'},
-                                        {NULL, 0, NULL, 0}};
+  static const struct option longs[] = {
+      {"output", required_argument, NULL, 'o'}, {"frame", required_argument, NULL, 'f'},
+      {"time", required_argument, NULL, 't'},   {"view", required_argument, NULL, 'v'},
+      {"from", required_argument, NULL, 'd'},   {"size", required_argument, NULL, 's'},
+      {"fps", required_argument, NULL, 'p'},    {"speed", required_argument, NULL, 'x'},
+      {"radius", required_argument, NULL, 'r'}, {"color", required_argument, NULL, 'c'},
+      {"perspective", no_argument, NULL, 'P'},  {"plain", no_argument, NULL, 'n'},
+      {"quiet", no_argument, NULL, 'q'},        {NULL, 0, NULL, 0}};
   *r = (request){
       .out = "picture.png", .frame = -1, .width = 1280, .height = 720, .fps = 30, .from = {0.5, -0.9, 0.5}};
   opterr = 0;
@@ -166,7 +173,8 @@ static hb_status prepare(studio *s, hb_error *err) {
   s->times = hb_alloc((size_t)s->info->frames, sizeof *s->times);
   if (!s->times) return hb_fail_memory(err, "times of the frames");
   status = hb_reader_series(s->reader, "time", s->times, err);
-  if (status == HB_OK) status = cli_cast_from_reader(s->info, &s->cast, err);
+  if (status == HB_OK)
+    status = cli_cast_from_reader(s->info, s->ask.colored ? s->ask.color : NULL, &s->cast, err);
   for (int i = 0; status == HB_OK && s->ask.radius > 0 && i < s->cast.count; i++)
     s->cast.tubes[i].radius = s->ask.radius;
   if (status == HB_OK) status = hb_image_create(s->ask.width, s->ask.height, &s->image, err);
@@ -398,6 +406,8 @@ const cli_verb cli_verb_render = {
     "  --fps N             frames of film per second, default 30\n"
     "  --speed X           simulated time per second of film; default: the film lasts about 10 seconds\n"
     "  --radius R          radius of the rods as drawn; default: that of the scene\n"
+    "  --color R,G,B       colour of all rods, each number from 0 to 1; default: one of a palette for each "
+    "rod\n"
     "  -q, --quiet         no progress of a film\n\n"
     "Example:\n"
     "  hebra render out/trajectory.h5 -o film.mp4 --speed 0.1\n",

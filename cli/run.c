@@ -22,6 +22,8 @@
 /* Steps between two looks at the signals. */
 #define SIGNAL_STEPS 64
 #define TIMED_STEPS 16
+#define MOST_NOTES 20
+#define MOST_THREADS 1024
 
 /* The arguments. */
 typedef struct options {
@@ -29,6 +31,7 @@ typedef struct options {
   const char *overrides[64];
   int override_count;
   double speed;
+  int threads; /* 0: not given */
   bool quiet, json;
 } options;
 
@@ -49,13 +52,32 @@ typedef struct run {
   double largest_energy; /* in any frame so far */
 } run;
 
+/* A number above 0. */
+static bool above_zero(const char *text, double *out) {
+  char *end;
+  *out = strtod(text, &end);
+  return !*end && end != text && *out > 0;
+}
+
+/* A number of threads. */
+static bool read_threads(const char *text, int *out) {
+  size_t n = strlen(text);
+  if (n < 1 || n > 4 || strspn(text, "0123456789") != n) return false;
+  *out = atoi(text);
+  return *out >= 1 && *out <= MOST_THREADS;
+}
+
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, options *opt) {
-  static const struct option longs[] = {
-      {"output", required_argument, NULL, 'o'},  {"set", required_argument, NULL, 's'},
-      {"restart", required_argument, NULL, 'r'}, {"watch", optional_argument, NULL, 'w'},
-      {"speed", required_argument, NULL, 'p'},   {"quiet", no_argument, NULL, 'q'},
-      {"json", no_argument, NULL, 'j'},          {NULL, 0, NULL, 0}};
+  static const struct option longs[] = {{"output", required_argument, NULL, 'o'},
+                                        {"set", required_argument, NULL, 's'},
+                                        {"restart", required_argument, NULL, 'r'},
+                                        {"watch", optional_argument, NULL, 'w'},
+                                        {"speed", required_argument, NULL, 'p'},
+                                        {"quiet", no_argument, NULL, 'q'},
+                                        {"json", no_argument, NULL, 'j'},
+                                        {"threads", required_argument, NULL, 't'},
+                                        {NULL, 0, NULL, 0}};
   *opt = (options){0};
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, ":o:q", longs, NULL)) != -1;) {
@@ -67,13 +89,15 @@ static int parse(int argc, char **argv, options *opt) {
       break;
     case 'r': opt->restart = optarg; break;
     case 'w': opt->watch = optarg ? optarg : "terminal"; break;
-    case 'p': {
-      char *end;
-      opt->speed = strtod(optarg, &end);
-      if (*end || end == optarg || !(opt->speed > 0))
+    case 'p':
+      if (!above_zero(optarg, &opt->speed))
         return cli_usage(&cli_verb_run, "--speed \"%s\" is not a number above 0", optarg);
       break;
-    }
+    case 't':
+      if (!read_threads(optarg, &opt->threads))
+        return cli_usage(&cli_verb_run, "--threads \"%s\" is not a whole number from 1 to %d", optarg,
+                         MOST_THREADS);
+      break;
     case 'q': opt->quiet = true; break;
     case 'j': opt->json = true; break;
     case ':': return cli_usage(&cli_verb_run, "%s needs a value", argv[optind - 1]);
@@ -168,7 +192,10 @@ static void say_notes(const run *r) {
   if (r->opt.quiet) return;
   fprintf(stderr, "%s\n", r->def.title ? r->def.title : "untitled scene");
   if (hb_report_step_warning(r->model, text)) fprintf(stderr, "warning: %s\n", text);
-  for (int k = 0; k < r->model->note_count; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
+  int told = r->model->note_count < MOST_NOTES ? r->model->note_count : MOST_NOTES;
+  for (int k = 0; k < told; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
+  if (told < r->model->note_count)
+    fprintf(stderr, "note: %d notes more (hebra check --json lists all)\n", r->model->note_count - told);
   if (moved > 1e-6 * r->model->rods[0].length)
     fprintf(stderr,
             "note: the initial shape was moved by up to %.3g so that every edge has its rest length\n",
@@ -243,6 +270,7 @@ static hb_status prepare(run *r, hb_error *err) {
   hb_status status = choose_directory(r, err);
   if (!status) status = read_scene(r, err);
   if (!status) r->def.method.lanes = cli_lanes();
+  r->def.method.threads = r->opt.threads;
   if (!status) status = hb_model_create(&r->def, &r->model, err);
   if (!status) status = hb_sim_create(r->model, &r->sim, err);
   if (!status) status = hb_frame_create(r->model, &r->start, err);
@@ -411,9 +439,9 @@ static int run_verb(int argc, char **argv) {
 
 const cli_verb cli_verb_run = {
     "run", "simulate a scene",
-    "usage: hebra run SCENE [-o DIR] [--set KEY=VALUE ...] [--watch[=terminal|window] [--speed X]] [--quiet] "
-    "[--json]\n"
-    "       hebra run --restart DIR/checkpoint.hbc [-o DIR] [--set method.duration=T]\n"
+    "usage: hebra run SCENE [-o DIR] [--set KEY=VALUE ...] [--watch[=terminal|window] [--speed X]]\n"
+    "                 [--threads N] [--quiet] [--json]\n"
+    "       hebra run --restart DIR/checkpoint.hbc [-o DIR] [--set method.duration=T] [--threads N]\n"
     "\n"
     "Simulates a scene file and leaves in DIR (default: out/NAME of the scene)\n"
     "  trajectory.h5    every frame, for hebra render, plot, export, for ParaView and Python\n"
@@ -428,6 +456,9 @@ const cli_verb cli_verb_run = {
     "                        --set method.duration=T the run becomes longer, also one that was finished\n"
     "  --watch[=MODE]        draw the three views while it runs: terminal (default) or window\n"
     "  --speed X             with --watch: simulated seconds per second of watching\n"
+    "  --threads N           threads for the steps (default: one for each processor); the result is the "
+    "same\n"
+    "                        for any number\n"
     "  -q, --quiet           no progress, no notes\n"
     "  --json                print report.json to standard output at the end\n"
     "\n"

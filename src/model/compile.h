@@ -12,6 +12,7 @@ hb_status hb_compile_note(hb_model *model, hb_error *err, const char *format, ..
 
 /* Every rule about numbers of one rod that the tables rely on. */
 hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err);
+double hb_compile_least_tolerance(const hb_method_def *method);
 hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err);
 /* Rest lengths, curvatures, twists, stiffnesses of one rod into the tables. */
 void hb_compile_rest(hb_model *model, int rod);
