@@ -165,6 +165,7 @@ static void print_support(const hb_support_def *s) {
     print_formulas(s->value, s->axis_free);
   else
     printf("fixed");
+  if (s->wall) printf(", clamped where the rod %s", s->base_is_end ? "ends" : "begins");
   if (s->kind == HB_SUPPORT_DIRECTOR && s->angle) printf(", turned by %s", hb_formula_text(s->angle));
   printf("\n");
 }

@@ -35,6 +35,8 @@ typedef struct hb_support_def {
   bool axis_free[3]; /* POSITION: this coordinate is free */
   bool base_is_end; /* TANGENT: the base vertex is index+1 and vertex index is carried (for a rod's last edge)
                      */
+  bool wall; /* TANGENT at a rod's end: the rod is clamped at its end vertex, not at the middle of the held
+                edge (docs/theory, 2.7) */
   hb_formula *
       value[3]; /* POSITION x, y, z; TANGENT direction; DIRECTOR m1. Any of them of t. NULL where held/free */
   hb_formula *angle; /* ANGLE: angle in radians. DIRECTOR: extra turn about the tangent. May be NULL (0).

@@ -103,12 +103,15 @@ void hb_scene_arc_lengths(const double *xyz, int count, double *s);
 /* ---- sections
  * ---------------------------------------------------------------------------------------------------- */
 /* A curve with its changes. base (NULL: none) stands in where no generator is given and gives the number of
- * vertices. *xyz is allocated. */
+ * vertices. halves: where a curve is divided, its first, its last edge gets half the length of the others.
+ * *xyz is allocated. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
-                              double **xyz, int *count);
+                              const bool halves[2], double **xyz, int *count);
 /* B, beta and mass of a rod. */
 hb_status hb_scene_read_moduli(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
                                hb_rod_def *rod);
+/* Does this value of start or end (NULL: none) clamp the rod at its end vertex? */
+bool hb_scene_has_wall(const hb_node *node);
 /* start, end and supports of a rod. */
 hb_status hb_scene_read_supports(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod);
 /* One rod of an entry with the shapes and numbers of copy r->copy; the keys have been checked, rod->name is

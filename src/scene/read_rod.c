@@ -19,12 +19,15 @@ static hb_status copy_shape(const hb_scene_reader *r, const double *from, int n,
 /* rest and initial; either may be missing and is then like the other. */
 static hb_status read_shapes(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
   const hb_node *rest = hb_node_find(node, "rest"), *initial = hb_node_find(node, "initial");
+  const bool halves[2] = {hb_scene_has_wall(hb_node_find(node, "start")),
+                          hb_scene_has_wall(hb_node_find(node, "end"))};
   int count = 0;
   if (!rest && !initial)
     return hb_scene_fail_key(r, node, "the shape is missing; \"rest\", \"initial\" or both are expected");
   hb_status status = HB_OK;
-  if (rest) status = hb_scene_read_curve(r, rest, NULL, 0, &rod->rest, &rod->nv);
-  if (!status && initial) status = hb_scene_read_curve(r, initial, rod->rest, rod->nv, &rod->initial, &count);
+  if (rest) status = hb_scene_read_curve(r, rest, NULL, 0, halves, &rod->rest, &rod->nv);
+  if (!status && initial)
+    status = hb_scene_read_curve(r, initial, rod->rest, rod->nv, halves, &rod->initial, &count);
   if (!status && !rest) {
     rod->nv = count;
     status = copy_shape(r, rod->initial, count, &rod->rest);

@@ -90,16 +90,18 @@ static void add_form(page *p, double a, double b, double c) {
   add(p, "    twisting: %.17g\n", unit * 0.04);
 }
 
-/* A clamp at the plain rod's start or end: moves with the plain velocity, turns by the plain rate. */
-static void add_clamp(page *p, const double *xyz, bool end, hb_v3 velocity, double rate) {
+/* A clamp at the plain rod's start or end: moves with the plain velocity, starts turned, turns by the plain
+ * rate. */
+static void add_clamp(page *p, bool end, hb_v3 velocity, double turn, double rate) {
   const telling *how = p->how;
-  hb_v3 t = tangent_of(xyz, end ? NV - 2 : 0);
   hb_v3 v = hb_v3_scale(how->length / how->time, turned(how, velocity));
   add(p, "    %s:\n      clamp: true\n", end == how->reversed ? "start" : "end");
   add(p, "      position: [x + %.17g*t, y + %.17g*t, z + %.17g*t]\n", v.x, v.y, v.z);
   add(p, "      material_frame: ");
-  add_vector(p, told_director(how, (hb_v3){0.3, 0.5, 0.8}, t), 1);
-  add(p, "\n      material_turn: %.17g*t\n", (how->reversed ? -rate : rate) / how->time);
+  add_vector(p, (hb_v3){0.3, 0.5, 0.8}, 1);
+  /* the clamp's own tangent, about which it turns, is half a bend off the edge that is drawn */
+  add(p, "\n      material_turn: %.17g + %.17g*t\n", how->frame + (how->reversed ? -turn : turn),
+      (how->reversed ? -rate : rate) / how->time);
 }
 
 /* Loads of every kind. */
@@ -185,8 +187,8 @@ static void write_scene(page *p, int kind, const telling *how, const char *integ
       how->time);
   add_rod(p, kind, kind & GENERAL ? bent : line, xyz);
   if (kind & ENDS) {
-    add_clamp(p, xyz, false, (hb_v3){0.02, 0.05, 0}, 3);
-    add_clamp(p, xyz, true, (hb_v3){-0.1, 0.03, 0.02}, -4);
+    add_clamp(p, false, (hb_v3){0.02, 0.05, 0}, 2 * HB_PI, 3);
+    add_clamp(p, true, (hb_v3){-0.1, 0.03, 0.02}, 0, -4);
   }
   if (kind & LOADED) add_loads(p, kind & GENERAL);
 }
