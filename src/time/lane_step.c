@@ -20,11 +20,78 @@ typedef struct journey {
   bool along; /* lengths along the edges at the start of the step, velocities projected (second order) */
 } journey;
 
+/* One pass over all strips of a unit, whose strips may be passed over at the same time. */
+typedef enum pass {
+  ADVANCE,
+  ELIMINATE,
+  SPREAD,
+  RATES,
+  SPREAD_RATES,
+  TRANSPORT,
+  ELASTIC,
+  CARRY,
+  FIRST_LOOK,
+  LOOK,
+  SOLVE_TURNS,
+  TURN,
+  GENERAL,
+  SUM_UP
+} pass;
+
 /* How an attempt went. */
 typedef enum outcome { REGULAR, IRREGULAR } outcome;
 
 /* Lanes that count: idle ones repeat the first rod. */
 static int busy_lanes(const hb_unit *u) { return u->pieces ? u->strips->lanes : u->rod_count; }
+
+/* May lengths be off by so much that 1/|e| needs a root? (docs/theory, 10.4) */
+static bool coarse_lengths(const journey *j) {
+  const hb_method_def *method = &j->s->model->def->method;
+  return method->length_tolerance_kind != HB_TOLERANCE_RELATIVE ||
+         method->length_tolerance > (j->k->single ? 1e-4 : 5e-9);
+}
+
+/* One pass over one strip. */
+static void do_pass(const journey *j, hb_strip *s, pass which) {
+  double half = 0.5 * j->h;
+  switch (which) {
+  case ADVANCE: j->k->advance(s, j->along ? half : j->h, j->h, j->along); break;
+  case ELIMINATE: j->k->eliminate(s, j->along); break;
+  case SPREAD: j->k->spread(s, j->along, 1 / j->h); break;
+  case RATES: j->k->eliminate_rates(s, half, 1 / j->h); break;
+  case SPREAD_RATES: j->k->spread_rates(s); break;
+  case TRANSPORT: j->k->transport(s, coarse_lengths(j)); break;
+  case ELASTIC: j->k->elastic(s, coarse_lengths(j)); break;
+  case CARRY: j->k->carry(s, coarse_lengths(j)); break;
+  case FIRST_LOOK: j->k->look(s, true); break;
+  case LOOK: j->k->look(s, false); break;
+  case SOLVE_TURNS: j->k->solve_turns(s); break;
+  case TURN: j->k->turn(s); break;
+  case GENERAL: j->k->general(s); break;
+  case SUM_UP: j->k->sum_up(s); break;
+  }
+}
+
+/* A pass as the pool wants it. */
+typedef struct pass_task {
+  const journey *j;
+  pass which;
+} pass_task;
+
+/* One strip of it. */
+static void pass_strip(void *context, int index, int worker) {
+  const pass_task *task = context;
+  (void)worker;
+  do_pass(task->j, &task->j->u->strips[index], task->which);
+}
+
+/* One pass over all strips; by all threads where the unit has many and the threads have nothing else to do.
+ */
+static void all_strips(const journey *j, pass which) {
+  pass_task task = {j, which};
+  hb_pool_run(j->u->strip_count >= HB_SHARED_STRIPS ? j->s->pool : NULL, j->u->strip_count, pass_strip,
+              &task);
+}
 
 /* A strip's record in every lane. */
 static void set_record(hb_unit *u, size_t record, double value) {
@@ -99,12 +166,7 @@ static void place(const journey *j, bool exact) {
 /* Elimination of all strips and, in pieces, of what is left of them. */
 static bool solve_rows(const journey *j, bool rates) {
   hb_unit *u = j->u;
-  for (int g = 0; g < u->strip_count; g++) {
-    if (rates)
-      j->k->eliminate_rates(&u->strips[g], 0.5 * j->h, 1 / j->h);
-    else
-      j->k->eliminate(&u->strips[g], j->along);
-  }
+  all_strips(j, rates ? RATES : ELIMINATE);
   return !u->pieces || j->k->close(u->strips, u->strip_count, false, u->chain);
 }
 
@@ -157,7 +219,7 @@ static outcome fit_lengths(const journey *j) {
     int going = judge_lengths(j, iteration, &tolerance, worst);
     if (going < 0) return IRREGULAR;
     if (going == 0) return REGULAR;
-    for (int g = 0; g < u->strip_count; g++) j->k->spread(&u->strips[g], j->along, 1 / j->h);
+    all_strips(j, SPREAD);
     for (int g = 0; g < u->strip_count; g++) j->k->join_spread(&u->strips[g], j->along);
     if (judge_corrections(j, closed, tolerance, worst) == 0) return REGULAR;
   }
@@ -314,13 +376,6 @@ static hb_status evaluate_rods(const journey *j, hb_error *err) {
   return status;
 }
 
-/* May lengths be off by so much that 1/|e| needs a root? (docs/theory, 10.4) */
-static bool coarse_lengths(const journey *j) {
-  const hb_method_def *method = &j->s->model->def->method;
-  return method->length_tolerance_kind != HB_TOLERANCE_RELATIVE ||
-         method->length_tolerance > (j->k->single ? 1e-4 : 5e-9);
-}
-
 /* Prescribed frames of the n-th rod, a general one: their directors into the lanes. */
 static hb_status hold_frames(const journey *j, int n, hb_error *err) {
   const hb_model *m = j->s->model;
@@ -401,16 +456,16 @@ static void settle_twist(const journey *j, twisting *g) {
   hb_unit *u = j->u;
   set_record(u, AT(active), 1);
   for (int iteration = 0;; iteration++) {
-    for (int h = 0; h < u->strip_count; h++) j->k->look(&u->strips[h], iteration == 0);
+    all_strips(j, iteration == 0 ? FIRST_LOOK : LOOK);
     bool closed = !u->pieces || j->k->close(u->strips, u->strip_count, true, u->chain);
     if (iteration == 0)
       for (int n = 0; n < u->rod_count; n++) g->irregular[n] = rod_folded(u, n);
     judge_twist(j, iteration, closed, g);
     if (g->going == 0) return;
     copy_active(u);
-    for (int h = 0; h < u->strip_count; h++) j->k->solve_turns(&u->strips[h]);
+    all_strips(j, SOLVE_TURNS);
     judge_turns(j, g);
-    for (int h = 0; h < u->strip_count; h++) j->k->turn(&u->strips[h]);
+    all_strips(j, TURN);
   }
 }
 
@@ -442,7 +497,7 @@ static hb_status evaluate_general(const journey *j, hb_error *err) {
   twisting g = {.going = 0};
   bool again = false;
   hb_stepper_begin(j->s);
-  for (int h = 0; h < u->strip_count; h++) j->k->carry(&u->strips[h], coarse_lengths(j));
+  all_strips(j, CARRY);
   for (int n = 0; n < u->rod_count; n++) {
     hb_status status = hold_frames(j, n, err);
     if (status) return status;
@@ -457,9 +512,9 @@ static hb_status evaluate_general(const journey *j, hb_error *err) {
     fill_tangent(j, n, 0);
     hb_twist_first_angle(&j->s->model->rods[u->rods[n]], state, m1, &j->s->rod_work);
   }
-  for (int h = 0; again && h < u->strip_count; h++) j->k->look(&u->strips[h], false);
+  if (again) all_strips(j, LOOK);
   hb_stepper_end(j->s, HB_STAGE_TWIST);
-  for (int h = 0; h < u->strip_count; h++) j->k->general(&u->strips[h]);
+  all_strips(j, GENERAL);
   for (int h = 0; h < u->strip_count; h++) j->k->join_elastic(&u->strips[h]);
   for (int n = 0; n < u->rod_count; n++) {
     const hb_rod *rod = &j->s->model->rods[u->rods[n]];
@@ -478,9 +533,8 @@ static hb_status evaluate_general(const journey *j, hb_error *err) {
 static hb_status evaluate(const journey *j, hb_error *err) {
   hb_unit *u = j->u;
   if (u->general) return evaluate_general(j, err);
-  bool exact = coarse_lengths(j);
   hb_stepper_begin(j->s);
-  for (int g = 0; u->twisted && g < u->strip_count; g++) j->k->transport(&u->strips[g], exact);
+  if (u->twisted) all_strips(j, TRANSPORT);
   if (u->twisted && folded(u)) return evaluate_rods(j, err);
   for (int n = 0; n < u->rod_count; n++) {
     hb_status status = settle_frames(j, n, err);
@@ -488,7 +542,7 @@ static hb_status evaluate(const journey *j, hb_error *err) {
     if (u->twisted) fill_moments(j, n);
   }
   hb_stepper_end(j->s, HB_STAGE_TWIST);
-  for (int g = 0; g < u->strip_count; g++) j->k->elastic(&u->strips[g], exact);
+  all_strips(j, ELASTIC);
   for (int g = 0; g < u->strip_count; g++) j->k->join_elastic(&u->strips[g]);
   if (!u->twisted && folded(u)) return evaluate_rods(j, err);
   for (int n = 0; n < u->rod_count; n++) {
@@ -608,7 +662,7 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
                              hb_error *err) {
   journey j = {s, u, s->plan->kernels, t, h, false};
   begin(&j);
-  for (int g = 0; g < u->strip_count; g++) j.k->advance(&u->strips[g], h, h, false);
+  all_strips(&j, ADVANCE);
   hb_stepper_end(s, HB_STAGE_MOVE);
   if (fit_lengths(&j) == IRREGULAR) return step_rods(&j, step_rod, err);
   hb_stepper_end(s, HB_STAGE_PROJECT);
@@ -616,7 +670,7 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
   if (status) return status;
   book_supports(&j);
   keep_rates(&j);
-  for (int g = 0; g < u->strip_count; g++) j.k->sum_up(&u->strips[g]);
+  all_strips(&j, SUM_UP);
   u->finite = is_finite(u);
   return HB_OK;
 }
@@ -626,7 +680,7 @@ hb_status hb_lane_step_verlet(hb_stepper *s, hb_unit *u, double t, double h, hb_
                               hb_error *err) {
   journey j = {s, u, s->plan->kernels, t, h, true};
   begin(&j);
-  for (int g = 0; g < u->strip_count; g++) j.k->advance(&u->strips[g], 0.5 * h, h, true);
+  all_strips(&j, ADVANCE);
   place(&j, false);
   hb_stepper_end(s, HB_STAGE_MOVE);
   if (fit_lengths(&j) == IRREGULAR) return step_rods(&j, step_rod, err);
@@ -636,7 +690,7 @@ hb_status hb_lane_step_verlet(hb_stepper *s, hb_unit *u, double t, double h, hb_
   hb_stepper_begin(s);
   place(&j, true);
   (void)solve_rows(&j, true);
-  for (int g = 0; g < u->strip_count; g++) j.k->spread_rates(&u->strips[g]);
+  all_strips(&j, SPREAD_RATES);
   for (int g = 0; g < u->strip_count; g++) j.k->join_spread(&u->strips[g], false);
   hb_stepper_end(s, HB_STAGE_PROJECT);
   book_supports(&j);
