@@ -275,6 +275,35 @@ static void test_division(void **state) {
     }
 }
 
+/* Where one shape lists its vertices, both have equal edges; resampled ones are divided like all others. */
+static void test_division_of_both(void **state) {
+  (void)state;
+  static const char *const shapes[] = {
+      "rest: {line: {to: [4, 0, 0], vertices: 5}}, initial: {vertices: [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, "
+      "0, 0], [4, 0, "
+      "0]]}",
+      "initial: {line: {to: [4, 0, 0], vertices: 5}}, rest: {vertices: [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, "
+      "0, 0], [4, 0, "
+      "0]]}",
+      "rest: {line: {to: [4, 0, 0], vertices: 5}}, initial: {vertices: [[0, 0, 0], [1, 0, 0], [4, 0, 0]], "
+      "resample: 5}",
+      "rest: {line: {to: [4, 0, 0], vertices: 5}}, initial: {displace: [0, 0, 0]}"};
+  for (int k = 0; k < 4; k++) {
+    char text[1024];
+    hb_scene_def def;
+    hb_error err = {HB_OK, ""};
+    int length =
+        snprintf(text, sizeof text,
+                 "method: {time_step: 1, duration: 1}\nrods: [{%s, bending: 1, twisting: 1, vertex_mass: 1, "
+                 "start: {clamp: true}}]\n",
+                 shapes[k]);
+    if (hb_scene_parse(text, (size_t)length, "text", ".", NULL, 0, &def, &err)) fail_msg("%s", err.text);
+    assert_near(def.rods[0].rest[3], k < 2 ? 1 : 4 / 7.0, 1e-12);
+    assert_near_array(def.rods[0].initial, def.rods[0].rest, 15, 1e-12);
+    hb_scene_def_free(&def);
+  }
+}
+
 /* A definition cannot put a wall at an edge inside, nor at the wrong end. */
 static void test_misplaced(void **state) {
   (void)state;
@@ -312,6 +341,7 @@ int main(void) {
       cmocka_unit_test(test_twist),
       cmocka_unit_test(test_windings),
       cmocka_unit_test(test_division),
+      cmocka_unit_test(test_division_of_both),
       cmocka_unit_test(test_misplaced),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
