@@ -127,7 +127,10 @@ INLINED void elastic_rows(hb_strip *s, bool pieces, bool twisted, bool exact) {
   lanes *f = s->f, lowest = all(2);
   v3 carry = v3_zero(), before = v3_zero(), q0, q1;
   direction t = direct_row(s, 0, exact, s->full_rows < 1);
-  if (pieces) bend(s, 0, direct_before(s, exact), t, twisted, &lowest, &q0, &carry);
+  if (pieces) {
+    bend(s, 0, direct_before(s, exact), t, twisted, &lowest, &q0, &carry);
+    if (!s->before) lowest[0] = 2; /* the rod's first vertex */
+  }
   for (int r = 1; r <= top; r++) {
     direction n;
     if (r < s->full_rows) {

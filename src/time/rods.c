@@ -58,7 +58,10 @@ void hb_stepper_state_changed(hb_stepper *s) {
 /* State to lanes, if it is newer. */
 static void load_lanes(hb_stepper *s) {
   if (s->lanes_current) return;
-  for (int k = 0; k < s->plan->unit_count; k++) hb_unit_load(s->model, s->state, &s->plan->units[k]);
+  for (int k = 0; k < s->plan->unit_count; k++) {
+    hb_unit_load(s->model, s->state, &s->plan->units[k]);
+    s->plan->units[k].fresh = 2;
+  }
   s->lanes_current = true;
 }
 
