@@ -11,7 +11,10 @@ typedef struct cli_cast {
   double *xyz, *m1; /* 3 per vertex slot: room for one frame; not used where cli_cast_show points elsewhere */
 } cli_cast;
 
-hb_status cli_cast_from_reader(const hb_trajectory_info *info, cli_cast *cast, hb_error *err);
+/* color: 0..1, of all rods; NULL: one of a palette for each. Of many copies of one rod each is a little
+ * different. */
+hb_status cli_cast_from_reader(const hb_trajectory_info *info, const double *color, cli_cast *cast,
+                               hb_error *err);
 hb_status cli_cast_from_model(const hb_model *model, cli_cast *cast, hb_error *err);
 void cli_cast_free(cli_cast *cast);
 /* Lets the tubes point into these arrays; m1 may be NULL. */

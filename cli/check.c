@@ -12,6 +12,8 @@
 #define EULER_SECONDS 65e-9
 #define VERLET_SECONDS 90e-9
 #define GENERAL_SECONDS 400e-9
+/* Most rods and notes that are told one by one. */
+enum { TOLD_RODS = 20, TOLD_FIRST = 2, TOLD_NOTES = 20 };
 /* Doubles that a frame holds per vertex: the components of all fields. */
 #define HB_COUNT(name, components, location, unit, text) +components
 enum { FRAME_DOUBLES = 0 HB_FRAME_FIELDS(HB_COUNT) };
@@ -163,6 +165,7 @@ static void print_support(const hb_support_def *s) {
     print_formulas(s->value, s->axis_free);
   else
     printf("fixed");
+  if (s->wall) printf(", clamped where the rod %s", s->base_is_end ? "ends" : "begins");
   if (s->kind == HB_SUPPORT_DIRECTOR && s->angle) printf(", turned by %s", hb_formula_text(s->angle));
   printf("\n");
 }
@@ -175,10 +178,13 @@ static void print_force(const hb_model *m, const hb_force_def *f) {
   print_formulas(f->value, NULL);
   if (f->kind == HB_FORCE_POINT) printf(" on vertex %d", f->vertex);
   if (f->rod >= 0) printf(" of rod %s", m->rods[f->rod].name);
+  if (f->rods > 1) printf(" to %s", m->rods[f->rod + f->rods - 1].name);
   if (f->follower) printf(", turning with the material frame (t, m1, m2)");
   if (f->kind == HB_FORCE_WIND)
     printf(", resistance linear %g and %g, quadratic %g and %g (normal and tangential)", f->linear[0],
            f->linear[1], f->quadratic[0], f->quadratic[1]);
+  if (f->per_radius[0] > 0 || f->per_radius[1] > 0)
+    printf(" plus %g and %g times the radius", f->per_radius[0], f->per_radius[1]);
   printf("\n");
 }
 
@@ -192,6 +198,30 @@ static void print_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s
          def->viscosity ? ", with bending viscosity" : "");
   for (int k = 0; k < def->support_count; k++) print_support(&def->supports[k]);
   if (def->support_count == 0) printf("  support  none: the rod is free\n");
+}
+
+/* All rods; of very many only the first ones, and the ranges of all. */
+static void print_rods(const hb_model *m, const summary *s) {
+  int told = m->rod_count <= TOLD_RODS ? m->rod_count : TOLD_FIRST, general = 0, supports = 0;
+  range bending = s->rods[0].bending, twisting = s->rods[0].twisting, length = {HUGE_VAL, -HUGE_VAL};
+  double mass = 0;
+  char a[64], b[64], c[64];
+  for (int r = 0; r < told; r++) print_rod(m, &m->rods[r], &s->rods[r]);
+  if (told == m->rod_count) return;
+  for (int r = 0; r < m->rod_count; r++) {
+    bending = (range){fmin(bending.lo, s->rods[r].bending.lo), fmax(bending.hi, s->rods[r].bending.hi)};
+    twisting = (range){fmin(twisting.lo, s->rods[r].twisting.lo), fmax(twisting.hi, s->rods[r].twisting.hi)};
+    widen(&length, m->rods[r].length);
+    mass += s->rods[r].mass;
+    general += !m->rods[r].closed_form;
+    supports += m->def->rods[r].support_count;
+  }
+  printf(
+      "rods       %d in all, up to %s: %d vertices, length %s, mass %g together (--json lists every rod)\n",
+      m->rod_count, m->rods[m->rod_count - 1].name, m->nv, in_range(length, c), mass);
+  printf("  kind     %d isotropic and straight at rest, %d general\n", m->rod_count - general, general);
+  printf("  moduli   bending %s, twisting %s\n", in_range(bending, a), in_range(twisting, b));
+  printf("  support  %d prescribed vertices and frames\n", supports);
 }
 
 /* The step against its limit. */
@@ -216,12 +246,13 @@ static void print_text(const hb_model *m, const summary *s) {
   const hb_method_def *method = &def->method;
   char a[32], b[32];
   if (def->title) printf("title      %s\n", def->title);
-  for (int r = 0; r < m->rod_count; r++) print_rod(m, &m->rods[r], &s->rods[r]);
+  print_rods(m, s);
   for (int k = 0; k < def->force_count; k++) print_force(m, &def->forces[k]);
-  printf("method     %s, step %g, duration %g: %.0f steps; lengths kept to %g %s\n",
+  printf("method     %s, step %g, duration %g: %.0f steps; lengths kept to %g %s%s\n",
          method->integrator ? method->integrator : "verlet", method->time_step, method->duration, s->steps,
          method->length_tolerance,
-         method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute");
+         method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute",
+         method->precision == HB_PRECISION_SINGLE ? "; single precision" : "");
   print_step_limit(m, s);
   printf("output     every %d steps: %.0f frames, about %s\n", def->output.every, s->frames,
          in_bytes(s->bytes, a));
@@ -231,7 +262,9 @@ static void print_text(const hb_model *m, const summary *s) {
            "begins by moving the "
            "vertices to where the lengths are right\n",
            100 * s->length_mismatch);
-  for (int k = 0; k < m->note_count; k++) printf("note       %s\n", m->notes[k]);
+  for (int k = 0; k < m->note_count && k < TOLD_NOTES; k++) printf("note       %s\n", m->notes[k]);
+  if (m->note_count > TOLD_NOTES)
+    printf("note       %d notes more (--json lists all)\n", m->note_count - TOLD_NOTES);
 }
 
 /* ---- for a program
@@ -291,7 +324,8 @@ static void print_json(const hb_model *m, const summary *s) {
   printf(",\n  ");
   json_number("time_step", method->time_step, ", ");
   json_number("duration", method->duration, ", ");
-  json_number("length_tolerance", method->length_tolerance, ",\n  ");
+  json_number("length_tolerance", method->length_tolerance, ", ");
+  printf("\"precision\": \"%s\",\n  ", method->precision == HB_PRECISION_SINGLE ? "single" : "double");
   json_number("steps", s->steps, ", ");
   json_number("frames", s->frames, ", ");
   json_number("bytes", s->bytes, ", ");

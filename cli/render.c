@@ -1,6 +1,6 @@
 /* hebra render: pictures and films of a trajectory. */
 #include "cli/cast.h"
-#include "cli/cli.h"
+#include "cli/picture.h"
 #include "cli/pipe.h"
 
 #include "base/memory.h"
@@ -21,8 +21,8 @@ enum { TEXT_ROOM = 4096 };
 typedef struct request {
   const char *path, *out;
   long frame; /* counted from the end if negative */
-  bool by_time, camera, perspective, plain, quiet;
-  double time, speed, radius, from[3];
+  bool by_time, camera, perspective, plain, quiet, colored;
+  double time, speed, radius, from[3], color[3];
   int width, height, fps;
 } request;
 
@@ -44,30 +44,28 @@ static bool read_number(const char *text, double *out) {
   return end != text && !*end && isfinite(*out);
 }
 
-/* WxH. */
-static bool read_size(const char *text, request *r) {
-  char *end = NULL;
-  long w = strtol(text, &end, 10);
-  if (end == text || *end != 'x') return false;
-  const char *rest = end + 1;
-  long h = strtol(rest, &end, 10);
-  if (end == rest || *end || w < 64 || h < 64 || w > 8192 || h > 8192) return false;
-  r->width = (int)w;
-  r->height = (int)h;
+/* x,y,z: finite numbers. */
+static bool read_three(const char *text, double out[3]) {
+  for (int k = 0; k < 3; k++) {
+    char *end = NULL;
+    out[k] = strtod(text, &end);
+    if (end == text || !isfinite(out[k]) || *end != (k < 2 ? ',' : 0)) return false;
+    text = end + 1;
+  }
   return true;
 }
 
 /* x,y,z, not all zero. */
 static bool read_direction(const char *text, double out[3]) {
-  double size = 0;
-  for (int k = 0; k < 3; k++) {
-    char *end = NULL;
-    out[k] = strtod(text, &end);
-    if (end == text || !isfinite(out[k]) || *end != (k < 2 ? ',' : 0)) return false;
-    size += fabs(out[k]);
-    text = end + 1;
-  }
-  return size > 0;
+  return read_three(text, out) && fabs(out[0]) + fabs(out[1]) + fabs(out[2]) > 0;
+}
+
+/* Red, green, blue. */
+static bool read_color(const char *text, double out[3]) {
+  if (!read_three(text, out)) return false;
+  for (int k = 0; k < 3; k++)
+    if (out[k] < 0 || out[k] > 1) return false;
+  return true;
 }
 
 /* A whole number of frames. */
@@ -80,6 +78,7 @@ static bool read_frame(const char *text, long *out) {
 
 /* One option; false if its value is not allowed, with the sentence in *what. */
 static bool take_option(int c, const char *value, request *r, const char **what) {
+  static const int least[2] = {64, 64};
   double number = 0;
   switch (c) {
   case 'o': r->out = value; return true;
@@ -90,7 +89,10 @@ static bool take_option(int c, const char *value, request *r, const char **what)
     r->camera = strcmp(value, "camera") == 0;
     return r->camera || strcmp(value, "three") == 0;
   case 'd': *what = "--from needs a direction x,y,z"; return r->camera = read_direction(value, r->from);
-  case 's': *what = "--size needs WIDTHxHEIGHT, each side 64 to 8192"; return read_size(value, r);
+  case 'c': *what = "--color needs R,G,B, each from 0 to 1"; return r->colored = read_color(value, r->color);
+  case 's':
+    *what = "--size needs WIDTHxHEIGHT, each side 64 to 8192";
+    return cli_read_size(value, least, &r->width, &r->height);
   case 'p':
     *what = "--fps needs a whole number from 1 to 240";
     if (!read_number(value, &number) || number < 1 || number > 240 || number != floor(number)) return false;
@@ -105,32 +107,21 @@ static bool take_option(int c, const char *value, request *r, const char **what)
   }
 }
 
-/* Does the name end like this? */
-static bool ends_with(const char *name, const char *end) {
-  size_t n = strlen(name), m = strlen(end);
-  return n > m && strcmp(name + n - m, end) == 0;
-}
-
 /* Is a film asked for? */
 static bool is_film(const request *r) {
-  return ends_with(r->out, ".mp4") || ends_with(r->out, ".gif") || ends_with(r->out, ".webm");
+  return cli_ends_with(r->out, ".mp4") || cli_ends_with(r->out, ".gif") || cli_ends_with(r->out, ".webm");
 }
 
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, request *r) {
-  static const struct option longs[] = {{"output", required_argument, NULL, 'o'},
-                                        {"frame", required_argument, NULL, 'f'},
-                                        {"time", required_argument, NULL, 't'},
-                                        {"view", required_argument, NULL, 'v'},
-                                        {"from", required_argument, NULL, 'd'},
-                                        {"size", required_argument, NULL, 's'},
-                                        {"fps", required_argument, NULL, 'p'},
-                                        {"speed", required_argument, NULL, 'x'},
-                                        {"radius", required_argument, NULL, 'r'},
-                                        {"perspective", no_argument, NULL, 'P'},
-                                        {"plain", no_argument, NULL, 'n'},
-                                        {"quiet", no_argument, NULL, 'q'},
-                                        {NULL, 0, NULL, 0}};
+  static const struct option longs[] = {
+      {"output", required_argument, NULL, 'o'}, {"frame", required_argument, NULL, 'f'},
+      {"time", required_argument, NULL, 't'},   {"view", required_argument, NULL, 'v'},
+      {"from", required_argument, NULL, 'd'},   {"size", required_argument, NULL, 's'},
+      {"fps", required_argument, NULL, 'p'},    {"speed", required_argument, NULL, 'x'},
+      {"radius", required_argument, NULL, 'r'}, {"color", required_argument, NULL, 'c'},
+      {"perspective", no_argument, NULL, 'P'},  {"plain", no_argument, NULL, 'n'},
+      {"quiet", no_argument, NULL, 'q'},        {NULL, 0, NULL, 0}};
   *r = (request){
       .out = "picture.png", .frame = -1, .width = 1280, .height = 720, .fps = 30, .from = {0.5, -0.9, 0.5}};
   opterr = 0;
@@ -141,11 +132,9 @@ static int parse(int argc, char **argv, request *r) {
     if (!take_option(c, optarg, r, &what))
       return cli_usage(&cli_verb_render, "%s, found '%s'", what, optarg ? optarg : "");
   }
-  if (optind != argc - 1)
-    return cli_usage(&cli_verb_render, "%s",
-                     optind < argc ? "one trajectory at a time" : "which trajectory?");
-  r->path = argv[optind];
-  if (!is_film(r) && !ends_with(r->out, ".png"))
+  int result = cli_read_trajectory(&cli_verb_render, argc, argv, &r->path);
+  if (result >= 0) return result;
+  if (!is_film(r) && !cli_ends_with(r->out, ".png"))
     return cli_usage(&cli_verb_render, "-o %s: the name must end in .png, .mp4, .webm or .gif", r->out);
   return -1;
 }
@@ -184,7 +173,8 @@ static hb_status prepare(studio *s, hb_error *err) {
   s->times = hb_alloc((size_t)s->info->frames, sizeof *s->times);
   if (!s->times) return hb_fail_memory(err, "times of the frames");
   status = hb_reader_series(s->reader, "time", s->times, err);
-  if (status == HB_OK) status = cli_cast_from_reader(s->info, &s->cast, err);
+  if (status == HB_OK)
+    status = cli_cast_from_reader(s->info, s->ask.colored ? s->ask.color : NULL, &s->cast, err);
   for (int i = 0; status == HB_OK && s->ask.radius > 0 && i < s->cast.count; i++)
     s->cast.tubes[i].radius = s->ask.radius;
   if (status == HB_OK) status = hb_image_create(s->ask.width, s->ask.height, &s->image, err);
@@ -298,7 +288,9 @@ static void film_arguments(const request *r, const char *part, char room[2][64],
   const char *const gif[] = {
       "-vf", "split[a][b];[a]palettegen=max_colors=160[p];[b][p]paletteuse=dither=none", NULL};
   for (size_t k = 0; k < sizeof input / sizeof input[0]; k++) argv[n++] = input[k];
-  const char *const *output = ends_with(r->out, ".gif") ? gif : ends_with(r->out, ".webm") ? webm : mp4;
+  const char *const *output = cli_ends_with(r->out, ".gif")    ? gif
+                              : cli_ends_with(r->out, ".webm") ? webm
+                                                               : mp4;
   for (; *output; output++) argv[n++] = *output;
   argv[n++] = part;
   argv[n] = NULL;
@@ -365,10 +357,9 @@ static hb_status make_film(studio *s, hb_error *err) {
   if (!part_name(r->out, part, sizeof part))
     return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
   const char *file = part + strlen("file:");
-  FILE *probe = fopen(file, "wb"); /* so that the sentence names the film and not the program */
-  if (!probe) return hb_fail(err, HB_ERR_IO, "%s: the film cannot be written: %s", r->out, strerror(errno));
-  fclose(probe);
-  hb_status status = survey(s, 0, s->info->frames - 1, err);
+  hb_status status = cli_try_file(file, r->out, "film", err);
+  if (status != HB_OK) return status;
+  status = survey(s, 0, s->info->frames - 1, err);
   if (status == HB_OK) status = encode(s, part, step, (long)wanted, err);
   if (status == HB_OK && rename(file, r->out) != 0)
     status = hb_fail(err, HB_ERR_IO, "%s: the film cannot be put in place: %s", r->out, strerror(errno));
@@ -415,6 +406,8 @@ const cli_verb cli_verb_render = {
     "  --fps N             frames of film per second, default 30\n"
     "  --speed X           simulated time per second of film; default: the film lasts about 10 seconds\n"
     "  --radius R          radius of the rods as drawn; default: that of the scene\n"
+    "  --color R,G,B       colour of all rods, each number from 0 to 1; default: one of a palette for each "
+    "rod\n"
     "  -q, --quiet         no progress of a film\n\n"
     "Example:\n"
     "  hebra render out/trajectory.h5 -o film.mp4 --speed 0.1\n",

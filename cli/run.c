@@ -1,5 +1,6 @@
 /* hebra run: simulate a scene, or go on from a checkpoint. */
 #include "base/memory.h"
+#include "base/threads.h"
 #include "cli/advice.h"
 #include "cli/cli.h"
 #include "cli/progress.h"
@@ -21,6 +22,8 @@
 /* Steps between two looks at the signals. */
 #define SIGNAL_STEPS 64
 #define TIMED_STEPS 16
+#define MOST_NOTES 20
+#define MOST_THREADS 1024
 
 /* The arguments. */
 typedef struct options {
@@ -28,6 +31,7 @@ typedef struct options {
   const char *overrides[64];
   int override_count;
   double speed;
+  int threads; /* 0: not given */
   bool quiet, json;
 } options;
 
@@ -41,20 +45,39 @@ typedef struct run {
   hb_sim *sim;
   hb_frame *start, *frame;
   hb_writer *writer;
+  hb_recorder *recorder; /* between its creation and finish, writer and frame are its own */
   cli_watch *watch;
   cli_progress progress;
   long frames;
-  double last_checkpoint;
   double largest_energy; /* in any frame so far */
 } run;
 
+/* A number above 0. */
+static bool above_zero(const char *text, double *out) {
+  char *end;
+  *out = strtod(text, &end);
+  return !*end && end != text && *out > 0;
+}
+
+/* A number of threads. */
+static bool read_threads(const char *text, int *out) {
+  size_t n = strlen(text);
+  if (n < 1 || n > 4 || strspn(text, "0123456789") != n) return false;
+  *out = atoi(text);
+  return *out >= 1 && *out <= MOST_THREADS;
+}
+
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, options *opt) {
-  static const struct option longs[] = {
-      {"output", required_argument, NULL, 'o'},  {"set", required_argument, NULL, 's'},
-      {"restart", required_argument, NULL, 'r'}, {"watch", optional_argument, NULL, 'w'},
-      {"speed", required_argument, NULL, 'p'},   {"quiet", no_argument, NULL, 'q'},
-      {"json", no_argument, NULL, 'j'},          {NULL, 0, NULL, 0}};
+  static const struct option longs[] = {{"output", required_argument, NULL, 'o'},
+                                        {"set", required_argument, NULL, 's'},
+                                        {"restart", required_argument, NULL, 'r'},
+                                        {"watch", optional_argument, NULL, 'w'},
+                                        {"speed", required_argument, NULL, 'p'},
+                                        {"quiet", no_argument, NULL, 'q'},
+                                        {"json", no_argument, NULL, 'j'},
+                                        {"threads", required_argument, NULL, 't'},
+                                        {NULL, 0, NULL, 0}};
   *opt = (options){0};
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, ":o:q", longs, NULL)) != -1;) {
@@ -66,13 +89,15 @@ static int parse(int argc, char **argv, options *opt) {
       break;
     case 'r': opt->restart = optarg; break;
     case 'w': opt->watch = optarg ? optarg : "terminal"; break;
-    case 'p': {
-      char *end;
-      opt->speed = strtod(optarg, &end);
-      if (*end || end == optarg || !(opt->speed > 0))
+    case 'p':
+      if (!above_zero(optarg, &opt->speed))
         return cli_usage(&cli_verb_run, "--speed \"%s\" is not a number above 0", optarg);
       break;
-    }
+    case 't':
+      if (!read_threads(optarg, &opt->threads))
+        return cli_usage(&cli_verb_run, "--threads \"%s\" is not a whole number from 1 to %d", optarg,
+                         MOST_THREADS);
+      break;
     case 'q': opt->quiet = true; break;
     case 'j': opt->json = true; break;
     case ':': return cli_usage(&cli_verb_run, "%s needs a value", argv[optind - 1]);
@@ -167,7 +192,10 @@ static void say_notes(const run *r) {
   if (r->opt.quiet) return;
   fprintf(stderr, "%s\n", r->def.title ? r->def.title : "untitled scene");
   if (hb_report_step_warning(r->model, text)) fprintf(stderr, "warning: %s\n", text);
-  for (int k = 0; k < r->model->note_count; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
+  int told = r->model->note_count < MOST_NOTES ? r->model->note_count : MOST_NOTES;
+  for (int k = 0; k < told; k++) fprintf(stderr, "note: %s\n", r->model->notes[k]);
+  if (told < r->model->note_count)
+    fprintf(stderr, "note: %d notes more (hebra check --json lists all)\n", r->model->note_count - told);
   if (moved > 1e-6 * r->model->rods[0].length)
     fprintf(stderr,
             "note: the initial shape was moved by up to %.3g so that every edge has its rest length\n",
@@ -195,9 +223,17 @@ static hb_status restore(run *r, hb_error *err) {
 }
 
 /* Keeps the largest energy that a frame has shown. */
-static void note_energy(run *r) {
-  double energy = r->frame->kinetic + r->frame->bending + r->frame->twisting;
+static void note_energy(run *r, const hb_frame *frame) {
+  double energy = frame->kinetic + frame->bending + frame->twisting;
   if (energy > r->largest_energy) r->largest_energy = energy;
+}
+
+/* A frame has been written: shown to whoever looks. May be called by the thread that writes. */
+static void see_frame(void *context, const hb_frame *frame) {
+  run *r = context;
+  note_energy(r, frame);
+  cli_progress_show(&r->progress, frame);
+  if (r->watch) cli_watch_show(r->watch, frame);
 }
 
 /* A new trajectory takes the place of what another run left in the directory: the old checkpoint and report
@@ -215,11 +251,26 @@ static hb_status begin_files(run *r, long planned, hb_error *err) {
   return status ? status : hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
 }
 
+/* From here on frames are written beside the run, if there is a processor for it. A run that is watched goes
+ * no faster than what is shown. */
+static hb_status begin_recording(run *r, hb_error *err) {
+  hb_record_plan plan = {.writer = r->writer,
+                         .frame = r->frame,
+                         .frames = r->frames,
+                         .checkpoint = r->checkpoint,
+                         .checkpoint_seconds = r->def.output.checkpoint_seconds,
+                         .threaded = !r->watch && hb_processors() > 1,
+                         .seen = see_frame,
+                         .context = r};
+  return hb_recorder_create(r->model, &plan, &r->recorder, err);
+}
+
 /* Model, simulation, files. Nothing is written before the scene has proved sound. */
 static hb_status prepare(run *r, hb_error *err) {
   hb_status status = choose_directory(r, err);
   if (!status) status = read_scene(r, err);
   if (!status) r->def.method.lanes = cli_lanes();
+  r->def.method.threads = r->opt.threads;
   if (!status) status = hb_model_create(&r->def, &r->model, err);
   if (!status) status = hb_sim_create(r->model, &r->sim, err);
   if (!status) status = hb_frame_create(r->model, &r->start, err);
@@ -232,7 +283,7 @@ static hb_status prepare(run *r, hb_error *err) {
   long steps = hb_sim_total_steps(r->sim), every = r->def.output.every,
        planned = 1 + (steps + every - 1) / every;
   hb_sim_measure(r->sim, r->frame);
-  note_energy(r);
+  note_energy(r, r->frame);
   hb_sim_time_stages(r->sim, TIMED_STEPS);
   if (r->opt.restart) {
     status = hb_writer_continue(r->trajectory, r->model, planned, r->frames, &r->writer, err);
@@ -240,7 +291,7 @@ static hb_status prepare(run *r, hb_error *err) {
     status = begin_files(r, planned, err);
   }
   if (!status && r->opt.watch) status = cli_watch_open(r->model, r->opt.watch, r->opt.speed, &r->watch, err);
-  return status;
+  return status ? status : begin_recording(r, err);
 }
 
 /* Ctrl-C and the polite kill wait here instead of ending the program; asked for between steps. */
@@ -271,33 +322,19 @@ static void drain_signals(const sigset_t *old) {
   sigprocmask(SIG_SETMASK, old, NULL);
 }
 
-/* Measures, writes, shows; a checkpoint now and then. */
-static hb_status give_frame(run *r, bool force_checkpoint, hb_error *err) {
-  hb_sim_measure(r->sim, r->frame);
-  hb_status status = hb_writer_add(r->writer, r->frame, err);
-  if (status) return status;
-  r->frames++;
-  note_energy(r);
-  cli_progress_show(&r->progress, r->frame);
-  if (r->watch) cli_watch_show(r->watch, r->frame);
-  double now = cli_progress_seconds(&r->progress);
-  if (!force_checkpoint && now - r->last_checkpoint < r->def.output.checkpoint_seconds) return HB_OK;
-  r->last_checkpoint = now;
-  return hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
-}
-
 /* Steps until the end, a signal, or trouble. */
-static hb_status simulate(run *r, hb_error *err) {
+static hb_status step_through(run *r, hb_error *err) {
   long total = hb_sim_total_steps(r->sim), every = r->def.output.every;
-  if (hb_sim_steps(r->sim) >= total) return hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+  if (hb_sim_steps(r->sim) >= total) return hb_recorder_checkpoint(r->recorder, r->sim, err);
   for (long n = hb_sim_steps(r->sim) + 1; n <= total; n++) {
     hb_status status = hb_sim_step(r->sim, err);
     if (status) return status;
-    bool frame = n % every == 0 || n == total;
-    if (frame) status = give_frame(r, n == total, err);
+    bool frame = n % every == 0 || n == total, look = frame || n % SIGNAL_STEPS == 0;
+    if (frame) status = hb_recorder_add(r->recorder, r->sim, n == total, err);
+    if (look && !status) status = hb_recorder_check(r->recorder, err);
     if (status) return status;
-    if ((frame || n % SIGNAL_STEPS == 0) && n < total && asked_to_stop()) {
-      status = hb_checkpoint_write(r->checkpoint, r->sim, r->frames, err);
+    if (look && n < total && asked_to_stop()) {
+      status = hb_recorder_checkpoint(r->recorder, r->sim, err);
       return status ? status
                     : hb_fail(err, HB_ERR_INTERRUPTED,
                               "stopped on request at t = %.9g; hebra run --restart %s goes on from there",
@@ -305,6 +342,19 @@ static hb_status simulate(run *r, hb_error *err) {
     }
   }
   return HB_OK;
+}
+
+/* The run, with everything written. What could not be written comes first: the run was past it already when
+ * something else ended it. */
+static hb_status simulate(run *r, hb_error *err) {
+  hb_error writing = {HB_OK, ""};
+  hb_status status = step_through(r, err);
+  if (hb_recorder_wait(r->recorder, &writing)) {
+    *err = writing;
+    status = writing.status;
+  }
+  r->frames = hb_recorder_frames(r->recorder);
+  return status;
 }
 
 /* Prints a file to stdout. */
@@ -352,6 +402,7 @@ static int finish(run *r, hb_status status, hb_error *err) {
 
 /* Frees what the run owns. */
 static void release(run *r) {
+  hb_recorder_free(r->recorder);
   if (r->watch) cli_watch_close(r->watch);
   (void)hb_writer_close(r->writer, NULL);
   hb_frame_free(r->frame);
@@ -388,9 +439,9 @@ static int run_verb(int argc, char **argv) {
 
 const cli_verb cli_verb_run = {
     "run", "simulate a scene",
-    "usage: hebra run SCENE [-o DIR] [--set KEY=VALUE ...] [--watch[=terminal|window] [--speed X]] [--quiet] "
-    "[--json]\n"
-    "       hebra run --restart DIR/checkpoint.hbc [-o DIR] [--set method.duration=T]\n"
+    "usage: hebra run SCENE [-o DIR] [--set KEY=VALUE ...] [--watch[=terminal|window] [--speed X]]\n"
+    "                 [--threads N] [--quiet] [--json]\n"
+    "       hebra run --restart DIR/checkpoint.hbc [-o DIR] [--set method.duration=T] [--threads N]\n"
     "\n"
     "Simulates a scene file and leaves in DIR (default: out/NAME of the scene)\n"
     "  trajectory.h5    every frame, for hebra render, plot, export, for ParaView and Python\n"
@@ -405,6 +456,9 @@ const cli_verb cli_verb_run = {
     "                        --set method.duration=T the run becomes longer, also one that was finished\n"
     "  --watch[=MODE]        draw the three views while it runs: terminal (default) or window\n"
     "  --speed X             with --watch: simulated seconds per second of watching\n"
+    "  --threads N           threads for the steps (default: one for each processor); the result is the "
+    "same\n"
+    "                        for any number\n"
     "  -q, --quiet           no progress, no notes\n"
     "  --json                print report.json to standard output at the end\n"
     "\n"

@@ -24,6 +24,11 @@ endfunction()
 
 hebra_library(hebra_core ${HEBRA_CORE_ROOMS})
 target_link_libraries(hebra_core PUBLIC m)
+if(HEBRA_THREADS)
+  set(THREADS_PREFER_PTHREAD_FLAG ON)
+  find_package(Threads REQUIRED)
+  target_link_libraries(hebra_core PRIVATE Threads::Threads)
+endif()
 hebra_library(hebra ${HEBRA_SHELL_ROOMS})
 target_link_libraries(hebra PUBLIC hebra_core PRIVATE PkgConfig::YAML PkgConfig::HDF5 PkgConfig::PNG)
 

@@ -1,5 +1,6 @@
 # Tests: one cmocka executable per tests/{unit,contract,physics}/test_*.c, one entry per tests/cli/*.sh, the checks of
 # the house, and the fuzz targets. Names: unit.NAME, contract.NAME, physics.NAME, cli.NAME, check.NAME, fuzz.NAME.
+include(CheckCSourceRuns)
 find_program(BASH_PROGRAM bash REQUIRED)
 set(HEBRA_SCRATCH ${PROJECT_BINARY_DIR}/scratch)
 set(tests_dir ${PROJECT_SOURCE_DIR}/tests)
@@ -47,13 +48,31 @@ if(NOT HEBRA_FUZZ)
       if(name MATCHES "_alloc$")
         # Wrapping works on references that the linker resolves here, so on the static library only.
         target_sources(${target} PRIVATE ${tests_dir}/support/failing_alloc.c)
-        target_link_options(${target} PRIVATE -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=free)
+        target_link_options(${target} PRIVATE -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=free
+          -Wl,--wrap=pthread_create,--wrap=pthread_join)
       endif()
       if(NOT name MATCHES "_alloc$" OR NOT BUILD_SHARED_LIBS)
         hebra_test(${kind}.${name} 600 $<TARGET_FILE:${target}>)
       endif()
     endforeach()
   endforeach()
+
+  # ---- threads: pool and queue under ThreadSanitizer, whatever the rest is built with ----
+  set(CMAKE_REQUIRED_FLAGS -fsanitize=thread)
+  check_c_source_runs("int main(void) { return 0; }" HEBRA_HAS_TSAN)
+  unset(CMAKE_REQUIRED_FLAGS)
+  if(HEBRA_HAS_TSAN AND HEBRA_THREADS)
+    file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/base/*.c)
+    add_executable(test_tsan_threads ${tests_dir}/unit/test_threads.c ${sources})
+    target_include_directories(test_tsan_threads PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src
+      ${tests_dir})
+    target_compile_definitions(test_tsan_threads PRIVATE _POSIX_C_SOURCE=200809L)
+    target_compile_options(test_tsan_threads PRIVATE -g -O1 -fsanitize=thread)
+    target_link_options(test_tsan_threads PRIVATE -fsanitize=thread)
+    target_link_libraries(test_tsan_threads PRIVATE Threads::Threads PkgConfig::CMOCKA m)
+    set_target_properties(test_tsan_threads PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+    hebra_test(tsan.threads 300 $<TARGET_FILE:test_tsan_threads>)
+  endif()
 
   # ---- the program ----
   file(GLOB scripts CONFIGURE_DEPENDS ${tests_dir}/cli/*.sh)
@@ -67,9 +86,11 @@ if(NOT HEBRA_FUZZ)
   hebra_test(check.sizes 60 ${PROJECT_SOURCE_DIR}/tools/check_sizes)
   hebra_test(check.format 120 ${PROJECT_SOURCE_DIR}/tools/format check)
   hebra_test(check.docs 180 ${PROJECT_SOURCE_DIR}/tests/check_follow_step.py)
+  hebra_test(check.errata 120 ${PROJECT_SOURCE_DIR}/tests/check_errata.py
+    $<TARGET_FILE:test_physics_errata_formulas> $<TARGET_FILE:test_physics_errata_program>)
   hebra_test(check.checks 60 ${BASH_PROGRAM} ${tests_dir}/check_checks.sh)
   hebra_test(check.headers 120 ${BASH_PROGRAM} ${tests_dir}/check_headers.sh ${CMAKE_C_COMPILER})
-  if(NOT HEBRA_SANITIZE AND NOT BUILD_SHARED_LIBS)
+  if(NOT HEBRA_SANITIZERS AND NOT BUILD_SHARED_LIBS)
     hebra_test(check.symbols 60 ${PROJECT_SOURCE_DIR}/tools/check_symbols $<TARGET_FILE:hebra_core>
       $<TARGET_FILE:hebra>)
     hebra_test(check.install 120 ${BASH_PROGRAM} ${tests_dir}/check_install.sh ${CMAKE_COMMAND} ${CMAKE_C_COMPILER}

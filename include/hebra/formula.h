@@ -4,7 +4,7 @@
  * Grammar: + - * / ^ (right associative, binds tighter than unary minus), parentheses, numbers, comparison <
  * <= > >=
  * == != giving 0 or 1, `if(c, a, b)`, functions sin cos tan asin acos atan atan2 sinh cosh tanh exp log log10
- * sqrt abs floor ceil min max mod sign step clamp smoothstep pow hypot, constants pi e. */
+ * sqrt abs floor ceil min max mod sign step clamp smoothstep pow hypot noise, constants pi e. */
 #ifndef HEBRA_FORMULA_H
 #define HEBRA_FORMULA_H
 

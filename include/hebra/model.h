@@ -35,6 +35,8 @@ typedef struct hb_support_def {
   bool axis_free[3]; /* POSITION: this coordinate is free */
   bool base_is_end; /* TANGENT: the base vertex is index+1 and vertex index is carried (for a rod's last edge)
                      */
+  bool wall; /* TANGENT at a rod's end: the rod is clamped at its end vertex, not at the middle of the held
+                edge (docs/theory, 2.7) */
   hb_formula *
       value[3]; /* POSITION x, y, z; TANGENT direction; DIRECTOR m1. Any of them of t. NULL where held/free */
   hb_formula *angle; /* ANGLE: angle in radians. DIRECTOR: extra turn about the tangent. May be NULL (0).
@@ -78,12 +80,14 @@ typedef enum hb_force_kind {
 /* A load. Components are formulas of t and place (x, y, z now) and s, u, i, L. */
 typedef struct hb_force_def {
   hb_force_kind kind;
-  int rod;              /* index, or -1 for every rod */
+  int rod;              /* index of the first rod, or -1 for every rod */
+  int rods;             /* how many rods from there on; 0 counts as 1 */
   int vertex;           /* POINT: vertex, negative from the end */
   hb_formula *value[3]; /* in space, or along (t, m1, m2) of the rod where follower */
   bool follower;        /* POINT, DISTRIBUTED, PER_VERTEX: turns with the material frame */
   double linear[2];     /* WIND: force per length = -linear * relative velocity, [normal, tangential] */
   double quadratic[2];  /* WIND: force per length = -quadratic * |w| w of the normal and tangential part */
+  double per_radius[2]; /* WIND: what the rod's radius adds to quadratic, per length of the radius */
   int line, column;
 } hb_force_def;
 
@@ -99,15 +103,22 @@ typedef enum hb_lane_choice {
   HB_LANES_OFF       /* vertex by vertex */
 } hb_lane_choice;
 
+typedef enum hb_precision {
+  HB_PRECISION_DOUBLE,
+  HB_PRECISION_SINGLE /* the step in float: faster, for pictures; length tolerances from 1e-6 on only */
+} hb_precision;
+
 typedef struct hb_method_def {
   char *integrator;        /* "symplectic-euler" or "verlet" */
   double time_step;        /* > 0 */
   double duration;         /* >= 0 */
-  double length_tolerance; /* default 1e-10 */
+  double length_tolerance; /* default 1e-10 (a scene file with precision single: 1e-5) */
   hb_length_tolerance_kind length_tolerance_kind;
   int max_projections;      /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
   hb_lane_choice lanes;     /* no key of a scene: the program's to choose */
+  hb_precision precision;   /* default double */
+  int threads; /* of a run, >= 1; 0: as many as the machine has processors. Not part of a scene file */
   int line, column;
 } hb_method_def;
 
@@ -137,6 +148,14 @@ void hb_scene_def_init(hb_scene_def *def);
 void hb_rod_def_init(hb_rod_def *def);
 void hb_force_def_init(hb_force_def *def);
 void hb_support_def_init(hb_support_def *def);
+/* Does the load act on the rod of this index? */
+static inline bool hb_force_def_acts_on(const hb_force_def *def, int rod) {
+  return def->rod < 0 || (rod >= def->rod && rod - def->rod < (def->rods > 1 ? def->rods : 1));
+}
+/* WIND: coefficient of |w| w on a rod, c = 0 normal, 1 tangential. */
+static inline double hb_force_def_quadratic(const hb_force_def *def, const hb_rod_def *rod, int c) {
+  return def->quadratic[c] + def->per_radius[c] * rod->radius;
+}
 void hb_scene_def_free(hb_scene_def *def); /* frees everything inside, also formulas; not the struct itself */
 
 /* ---- compiled model: constant during a run, shared between threads

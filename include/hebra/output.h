@@ -31,6 +31,9 @@ hb_status hb_writer_close(hb_writer *writer, hb_error *err); /* also frees; NULL
  * trajectory so far. Holds the number of the run, the scene's source text, the overrides applied, and the
  * state block. */
 hb_status hb_checkpoint_write(const char *path, const hb_sim *sim, long frames, hb_error *err);
+/* The same of a copy of the state. */
+hb_status hb_checkpoint_write_state(const char *path, const hb_model *model, const hb_state *state,
+                                    long frames, hb_error *err);
 typedef struct hb_checkpoint {
   char *source;   /* scene text with overrides applied */
   char *base_dir; /* directory of the scene file */
@@ -42,6 +45,40 @@ typedef struct hb_checkpoint {
 } hb_checkpoint;
 hb_status hb_checkpoint_read(const char *path, hb_checkpoint *out, hb_error *err);
 void hb_checkpoint_free(hb_checkpoint *checkpoint);
+
+/* ---- recording: frames and checkpoints of a run, beside it
+ * ---------------------------------------------- */
+/* What a recorder works with; all of it is borrowed and must outlive it. */
+typedef struct hb_record_plan {
+  hb_writer *writer;      /* NULL: no trajectory. Nobody else uses it between create and hb_recorder_wait */
+  hb_frame *frame;        /* takes every measured frame; to be read after hb_recorder_wait only */
+  long frames;            /* in the trajectory so far */
+  const char *checkpoint; /* path; NULL: no checkpoints */
+  double checkpoint_seconds; /* wall time between two; 0: one with every frame */
+  bool threaded;             /* measure and write on a thread of its own, else in the call */
+  /* Called with every frame, in order, on the thread that writes; NULL: nobody looks.
+   */
+  void (*seen)(void *context, const hb_frame *frame);
+  void *context;
+} hb_record_plan;
+typedef struct hb_recorder hb_recorder;
+/* With a thread, the calls below copy the state and return at once (or when a place for the copy is free);
+ * the files get the same bytes in the same order. What goes wrong in the thread ends the recording there, and
+ * comes back as status and sentence from every later call. Memory is allocated here only, but for what a
+ * checkpoint needs: two copies of the state and the workspace of a measure. HB_ERR_MEMORY also if there is no
+ * thread. */
+hb_status hb_recorder_create(const hb_model *model, const hb_record_plan *plan, hb_recorder **out,
+                             hb_error *err);
+/* A frame of the simulation as it is now, and a checkpoint if it is time or asked for. */
+hb_status hb_recorder_add(hb_recorder *recorder, const hb_sim *sim, bool checkpoint, hb_error *err);
+/* Only a checkpoint. */
+hb_status hb_recorder_checkpoint(hb_recorder *recorder, const hb_sim *sim, hb_error *err);
+/* Has something gone wrong so far? Costs next to nothing. */
+hb_status hb_recorder_check(const hb_recorder *recorder, hb_error *err);
+/* Waits until everything is written. */
+hb_status hb_recorder_wait(hb_recorder *recorder, hb_error *err);
+long hb_recorder_frames(const hb_recorder *recorder); /* in the trajectory, after hb_recorder_wait */
+void hb_recorder_free(hb_recorder *recorder);         /* waits; NULL is allowed */
 
 /* ---- reading
  * ------------------------------------------------------------------------------------------------ */

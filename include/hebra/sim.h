@@ -95,6 +95,13 @@ hb_status hb_frame_create(const hb_model *model, hb_frame **out, hb_error *err);
 void hb_frame_free(hb_frame *frame);
 /* Fills frame from the sim's current state. Does not change the state. */
 void hb_sim_measure(hb_sim *sim, hb_frame *frame);
+/* Measures states without their simulation: a thread can measure a copy (hb_state_copy) while the simulation
+ * goes on. A measure belongs to one thread at a time; model must outlive it. The frame has the same bits as
+ * that of hb_sim_measure. Measuring allocates nothing. */
+typedef struct hb_measure hb_measure;
+hb_status hb_measure_create(const hb_model *model, hb_measure **out, hb_error *err);
+void hb_measure_free(hb_measure *measure);
+void hb_measure_state(hb_measure *measure, const hb_state *state, hb_frame *frame);
 /* The rod's own totals: kinetic, bending, twisting. */
 void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
 

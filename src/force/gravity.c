@@ -5,7 +5,7 @@
 
 /* Is it weight, and for this rod? */
 static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
-  return def->kind == HB_FORCE_GRAVITY && (def->rod < 0 || def->rod == rod->index);
+  return def->kind == HB_FORCE_GRAVITY && hb_force_def_acts_on(def, rod->index);
 }
 
 /* Is there weight on this rod? */

@@ -38,7 +38,7 @@ hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_r
 static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
   bool kind =
       def->kind == HB_FORCE_POINT || def->kind == HB_FORCE_DISTRIBUTED || def->kind == HB_FORCE_PER_VERTEX;
-  return kind && (def->rod < 0 || def->rod == rod->index);
+  return kind && hb_force_def_acts_on(def, rod->index);
 }
 
 /* Is there a load on this rod? */

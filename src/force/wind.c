@@ -8,7 +8,7 @@
 
 /* Is it a wind, and for this rod? */
 static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
-  return def->kind == HB_FORCE_WIND && (def->rod < 0 || def->rod == rod->index);
+  return def->kind == HB_FORCE_WIND && hb_force_def_acts_on(def, rod->index);
 }
 
 /* Is there a medium around this rod? */
@@ -32,13 +32,15 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
     const hb_force_def *def = &model->def->forces[k];
     if (!acts_on(def, rod)) continue;
     hb_load_values values = hb_load_begin(def, t);
+    double square[2];
+    for (int c = 0; c < 2; c++) square[c] = hb_force_def_quadratic(def, &model->def->rods[rod->index], c);
     for (int i = rod->first; i < rod->first + rod->nv; i++) {
       hb_v3 w = hb_v3_sub(hb_v3_load(v + 3 * i), hb_load_at(&values, model, rod, i, x));
       hb_v3 tangent = vertex_tangent(rod, i, x);
       double along = hb_v3_dot(w, tangent);
       hb_v3 across = hb_v3_axpy(w, -along, tangent);
-      double n = def->linear[0] + def->quadratic[0] * hb_v3_norm(across);
-      double a = (def->linear[1] + def->quadratic[1] * fabs(along)) * along;
+      double n = def->linear[0] + square[0] * hb_v3_norm(across);
+      double a = (def->linear[1] + square[1] * fabs(along)) * along;
       hb_v3 force = hb_v3_axpy(hb_v3_scale(n, across), a, tangent);
       hb_v3_accumulate(f + 3 * i, hb_v3_scale(-model->weight[i], force));
     }

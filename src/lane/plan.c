@@ -19,12 +19,13 @@ typedef struct need {
 /* Rods in the order in which they are bundled. */
 typedef struct candidate {
   int rod, edges;
-  bool twisted;
+  bool twisted, general;
 } candidate;
 
-/* Twisted rods apart, long ones first, then as in the scene. */
+/* Rods of a kind together, long ones first, then as in the scene. */
 static int by_kind_and_size(const void *a, const void *b) {
   const candidate *p = a, *q = b;
+  if (p->general != q->general) return p->general ? -1 : 1;
   if (p->twisted != q->twisted) return p->twisted ? -1 : 1;
   if (p->edges != q->edges) return p->edges > q->edges ? -1 : 1;
   return p->rod - q->rod;
@@ -39,7 +40,8 @@ static bool in_pieces(const candidate *c, int count, int lanes) {
 /* How many of the candidates go into one bundle. */
 static int bundle_size(const candidate *c, int count, int lanes) {
   int n = 1;
-  while (n < count && n < lanes && c[n].twisted == c[0].twisted && c[n].edges >= (1 - UNEVEN) * c[0].edges)
+  while (n < count && n < lanes && c[n].twisted == c[0].twisted && c[n].general == c[0].general &&
+         c[n].edges >= (1 - UNEVEN) * c[0].edges)
     n++;
   return n;
 }
@@ -64,6 +66,7 @@ static int divide(const candidate *c, int count, int lanes, hb_unit *units, int 
       units[n].rod_count = size;
       units[n].strip_count = strips;
       units[n].twisted = c[at].twisted;
+      units[n].general = c[at].general;
       for (int l = 0; l < size; l++) units[n].rods[l] = c[at + l].rod;
     }
     *strip_count += strips;
@@ -83,6 +86,7 @@ static void shape_strips(const hb_model *m, hb_unit *u, const hb_lane_kernels *k
     s->single = k->single;
     s->pieces = u->pieces;
     s->twisted = u->twisted;
+    s->general = u->general;
     s->first_edge = first;
     s->rows = !u->pieces ? edges
                          : (int)((int64_t)rows * (g + 1) / u->strip_count) -
@@ -139,6 +143,9 @@ static size_t reals_of(const hb_strip *s) {
   size_t rows = (size_t)s->rows, sum = 4 * (size_t)s->cut_count;
 #define HB_COUNT(name, extra, numbers, text) sum += (rows + (extra)) * (numbers);
   HB_STRIP_FIELDS(HB_COUNT)
+  if (s->general) {
+    HB_STRIP_GENERAL_FIELDS(HB_COUNT)
+  }
 #undef HB_COUNT
 #define HB_COUNT(name, numbers, text) sum += (numbers);
   HB_STRIP_RECORDS(HB_COUNT)
@@ -153,6 +160,9 @@ static void lay_out(hb_strip *s, char **next) {
   s->name = *next;                                                                                           \
   *next += (rows + (extra)) * (numbers)*row;
   HB_STRIP_FIELDS(HB_PLACE)
+  if (s->general) {
+    HB_STRIP_GENERAL_FIELDS(HB_PLACE)
+  }
 #undef HB_PLACE
 #define HB_PLACE(name, numbers, text)                                                                        \
   s->name = *next;                                                                                           \
@@ -171,6 +181,29 @@ static void set_edge(const hb_model *m, hb_strip *s, int slot, int row, int lane
   hb_strip_set(s, s->judge, (size_t)row, lane, 2 * inv * (relative ? inv : 1));
 }
 
+/* May the frame of this edge turn? */
+static bool turns_freely(const hb_model *m, const hb_rod *rod, int j) {
+  return j >= 0 && j + 1 < rod->nv && m->frame_of[rod->first + j] < 0;
+}
+
+/* Constants of general rods at row r of a lane: vertex and edge j of the rod. */
+static void set_general(const hb_model *m, hb_strip *s, const hb_rod *rod, int j, int row, int lane) {
+  size_t r = (size_t)row;
+  int slot = rod->first + j;
+  if (row < s->rows && j + 1 < rod->nv) {
+    for (size_t c = 0; c < 3; c++) hb_strip_set(s, s->B, 3 * r + c, lane, m->B[3 * (size_t)slot + c]);
+    hb_strip_set(s, s->free, r, lane, turns_freely(m, rod, j));
+  }
+  if (j < 1 || j + 2 > rod->nv) return;
+  bool linked = turns_freely(m, rod, j - 1) && turns_freely(m, rod, j);
+  hb_strip_set(s, s->inv_l, r, lane, 1 / m->voronoi[slot]);
+  hb_strip_set(s, s->twist_gain, r, lane, m->twist_gain[slot]);
+  hb_strip_set(s, s->twist_link, r, lane, linked ? -m->twist_gain[slot] : 0);
+  hb_strip_set(s, s->rest_twist, r, lane, m->rest_twist[slot]);
+  for (size_t c = 0; c < 4; c++)
+    hb_strip_set(s, s->pull, 4 * r + c, lane, m->rest_pull[4 * (size_t)slot + c]);
+}
+
 /* Constant tables of a strip. Phantoms: no mobility, no stiffness, length 1. */
 static void set_constants(const hb_model *m, const hb_unit *u, hb_strip *s) {
   for (int l = 0; l < s->lanes; l++) {
@@ -178,6 +211,7 @@ static void set_constants(const hb_model *m, const hb_unit *u, hb_strip *s) {
         &m->rods[u->rods[u->pieces || l >= u->rod_count ? 0 : l]]; /* idle lanes repeat rod 0 */
     int at = u->pieces ? s->first_edge + l * s->rows : 0, last = rod->nv - 1;
     hb_strip_set(s, s->count, 0, l, edges_in_lane(m, u, s, l));
+    hb_strip_set(s, s->keep, 0, l, rod->frame_count > 0 ? 1 : 0.9); /* as spin_on in rod/twist_newton.c */
     for (int r = -1; r <= s->rows; r++) {
       int j = at + r;
       bool edge = j >= 0 && j < last, vertex = j >= 0 && j <= last;
@@ -185,6 +219,7 @@ static void set_constants(const hb_model *m, const hb_unit *u, hb_strip *s) {
       if (edge && r >= 0 && r < s->rows) set_edge(m, s, rod->first + j, r, l);
       if (!vertex || r < 0) continue;
       hb_strip_set(s, s->mobility, (size_t)r, l, m->inv_mass[3 * (rod->first + j)]);
+      if (s->general) set_general(m, s, rod, j, r, l);
       if (j > 0 && j < last) hb_strip_set(s, s->bend_gain, (size_t)r, l, m->bend_gain[rod->first + j]);
     }
   }
@@ -288,7 +323,10 @@ hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted
   plan->kernels = kernels;
   count = 0;
   for (int r = 0; r < model->rod_count; r++)
-    if (wanted[r]) list[count++] = (candidate){r, model->rods[r].nv - 1, !model->rods[r].twist_free};
+    if (wanted[r]) {
+      const hb_rod *rod = &model->rods[r];
+      list[count++] = (candidate){r, rod->nv - 1, rod->closed_form && !rod->twist_free, !rod->closed_form};
+    }
   qsort(list, (size_t)count, sizeof *list, by_kind_and_size);
   hb_status status = fill_plan(model, plan, list, count, err);
   hb_free(list);

@@ -14,7 +14,8 @@ typedef struct hb_unit {
   int rods[HB_LANES_MAX]; /* bundle: rod of each lane; pieces: the rod */
   int rod_count;
   bool pieces;
-  bool twisted;
+  bool twisted; /* closed form, with a twisting moment */
+  bool general;
   double tally[HB_S_COUNT]; /* what this step adds to the totals of the state */
   double length_error;      /* of this step */
   bool finite;
@@ -59,5 +60,11 @@ void hb_unit_set3(hb_unit *unit, int n, int i, size_t array, const double in[3])
 void hb_unit_store3(const hb_model *model, const hb_unit *unit, int n, size_t array, double *to);
 void hb_unit_add3(const hb_model *model, hb_unit *unit, int n, size_t array, const double *from);
 void hb_unit_clear3(hb_unit *unit, int n, size_t array);
+/* `numbers` numbers of edge j of the n-th rod, in one of the edge arrays. */
+void hb_unit_get_edge(const hb_unit *unit, int n, int j, size_t array, int numbers, double *out);
+void hb_unit_set_edge(hb_unit *unit, int n, int j, size_t array, int numbers, const double *in);
+/* Directors, spins and twists of the n-th rod, a general one; the state gets the tangents, too. */
+void hb_unit_load_frames(const hb_model *model, const hb_state *state, hb_unit *unit, int n);
+void hb_unit_store_frames(const hb_model *model, hb_state *state, const hb_unit *unit, int n);
 
 #endif

@@ -11,11 +11,14 @@
 
 #include <math.h>
 
-/* Rows whose pivot falls below this part of its diagonal hang on the others: no room to move. */
+/* Rows whose pivot falls below this part of its diagonal hang on the others: no room to move. Turns with a
+ * softer pivot than HB_SOFT_PIVOT of the diagonal are left to the rod's own functions. */
 #ifdef HB_LANE_SINGLE
 #define SINGULAR R(1e-5)
+#define HB_SOFT_PIVOT 1e-4
 #else
 #define SINGULAR R(1e-13)
+#define HB_SOFT_PIVOT 1e-9
 #endif
 
 /* The elimination on its way through the rows. */
@@ -48,22 +51,28 @@ INLINED lanes wanted(const rows_of *q, int r, v3 e, bool tail, chain *c) {
   return off;
 }
 
-/* Row r; the row before it is taken out. The last row of a piece is only prepared. */
-INLINED void eliminate_row(const rows_of *q, int r, bool tail, bool last, chain *c) {
-  hb_strip *s = q->s;
-  const lanes *w = (const lanes *)s->mobility + r;
-  v3 e = edge_of(s->x, r), d = q->along ? edge_of(s->x_old, r) : e;
-  lane_mask real = real_edges(s, r);
-  if (tail) {
-    e = v3_only(real, e);
-    d = v3_only(real, d);
-  }
-  lanes right = wanted(q, r, e, tail, c);
-  lanes diagonal = (w[0] + w[1]) * v3_dot(e, d);
-  lanes low = -(w[0] * v3_dot(e, c->d)), link = q->along ? -(w[0] * v3_dot(c->e, d)) : low;
+/* Before the first row. */
+INLINED chain new_chain(void) {
+  return (chain){.e = v3_zero(),
+                 .d = v3_zero(),
+                 .inv = none(),
+                 .right = none(),
+                 .m_up = none(),
+                 .fill = none(),
+                 .up = none(),
+                 .schur_d = none(),
+                 .schur_r = none(),
+                 .worst = none(),
+                 .sound = all(1)};
+}
+
+/* Row r of a tridiagonal system (low: its entry with the row before, link: the other way round); that row is
+ * taken out of it. The last row of a piece is only prepared. definite: pivots are to be positive. */
+INLINED void take_out(hb_strip *s, bool pieces, int r, lanes diagonal, lanes low, lanes link, lanes right,
+                      bool last, bool definite, chain *c) {
   lanes ratio = low * c->inv, pivot = diagonal - ratio * link;
   right -= ratio * c->right;
-  if (q->pieces) {
+  if (pieces) {
     bool first = r == 0;
     lanes fill = first ? low : -(ratio * c->fill);
     lanes above = first ? link : -(c->m_up * link);
@@ -75,36 +84,57 @@ INLINED void eliminate_row(const rows_of *q, int r, bool tail, bool last, chain 
   }
   ((lanes *)s->link)[r] = link;
   ((lanes *)s->right)[r] = right;
-  c->e = e;
-  c->d = d;
   c->right = right;
   if (last) {
     *(lanes *)s->sep_pivot = pivot;
     *(lanes *)s->sep_diagonal = diagonal;
     return;
   }
-  lane_mask sound = size_of(pivot) > SINGULAR * size_of(diagonal);
+  lane_mask sound =
+      definite ? pivot > R(HB_SOFT_PIVOT) * diagonal : size_of(pivot) > SINGULAR * size_of(diagonal);
   lanes inv = only(sound, R(1) / pivot);
-  c->sound = only(sound | (diagonal == none()), c->sound);
+  c->sound = only(definite ? sound : sound | (diagonal == none()), c->sound);
   c->inv = inv;
-  if (q->pieces) c->m_up = c->up * inv;
+  if (pieces) c->m_up = c->up * inv;
   ((lanes *)s->inv_pivot)[r] = inv;
+}
+
+/* After the last row: what the pieces leave for each other, or the last unknown. */
+INLINED void finish_chain(hb_strip *s, bool pieces, const chain *c) {
+  if (pieces) {
+    *(lanes *)s->sep_right = c->right;
+    *(lanes *)s->sep_low = c->fill;
+    *(lanes *)s->sep_up = c->up;
+    *(lanes *)s->schur_diagonal = c->schur_d;
+    *(lanes *)s->schur_right = c->schur_r;
+  } else {
+    *(lanes *)s->sep = c->right * c->inv;
+  }
+  *(lanes *)s->full = c->sound;
+}
+
+/* Row r of the length constraints. */
+INLINED void eliminate_row(const rows_of *q, int r, bool tail, bool last, chain *c) {
+  hb_strip *s = q->s;
+  const lanes *w = (const lanes *)s->mobility + r;
+  v3 e = edge_of(s->x, r), d = q->along ? edge_of(s->x_old, r) : e;
+  if (tail) {
+    lane_mask real = real_edges(s, r);
+    e = v3_only(real, e);
+    d = v3_only(real, d);
+  }
+  lanes right = wanted(q, r, e, tail, c);
+  lanes diagonal = (w[0] + w[1]) * v3_dot(e, d);
+  lanes low = -(w[0] * v3_dot(e, c->d)), link = q->along ? -(w[0] * v3_dot(c->e, d)) : low;
+  take_out(s, q->pieces, r, diagonal, low, link, right, last, false, c);
+  c->e = e;
+  c->d = d;
 }
 
 /* All rows, forwards. */
 INLINED void eliminate_rows(const rows_of *q) {
   hb_strip *s = q->s;
-  chain c = {.e = v3_zero(),
-             .d = v3_zero(),
-             .inv = none(),
-             .right = none(),
-             .m_up = none(),
-             .fill = none(),
-             .up = none(),
-             .schur_d = none(),
-             .schur_r = none(),
-             .worst = none(),
-             .sound = all(1)};
+  chain c = new_chain();
   int last = q->pieces ? s->rows - 1 : s->rows, full = s->full_rows < last ? s->full_rows : last;
   if (q->pieces) {
     c.e = edge_before(s, s->x, s->before ? s->before->x : NULL, v3_zero());
@@ -115,16 +145,9 @@ INLINED void eliminate_rows(const rows_of *q) {
   if (q->pieces) {
     eliminate_row(q, last, true, true, &c);
     v3_store(s->last_pull, c.d);
-    *(lanes *)s->sep_right = c.right;
-    *(lanes *)s->sep_low = c.fill;
-    *(lanes *)s->sep_up = c.up;
-    *(lanes *)s->schur_diagonal = c.schur_d;
-    *(lanes *)s->schur_right = c.schur_r;
-  } else {
-    *(lanes *)s->sep = c.right * c.inv;
   }
+  finish_chain(s, q->pieces, &c);
   if (!q->rates) *(lanes *)s->worst = c.worst;
-  *(lanes *)s->full = c.sound;
 }
 
 /* What corrections do. */
@@ -338,7 +361,7 @@ static void sum_up(hb_strip *s) {
 
 /* The last rows of all pieces are tridiagonal, each coupled to those beside it. system, per lane: 1/pivot
  * (entry 1), link from the row before (2), right-hand side, then unknown (3). */
-static bool close_rows(hb_strip *strips, int count, double *system) {
+static bool close_rows(hb_strip *strips, int count, bool definite, double *system) {
   bool sound = true;
   int n = 0, total = count * HB_LANES;
   double inv = 0, right = 0;
@@ -358,9 +381,9 @@ static bool close_rows(hb_strip *strips, int count, double *system) {
       double ratio = low * inv;
       pivot -= ratio * link;
       right = here - ratio * right;
-      bool good = fabs(pivot) > (double)SINGULAR * fabs(whole);
+      bool good = definite ? pivot > HB_SOFT_PIVOT * whole : fabs(pivot) > (double)SINGULAR * fabs(whole);
       inv = good ? 1 / pivot : 0;
-      sound = sound && (good || whole == 0);
+      sound = sound && (good || (!definite && whole == 0));
       system[4 * n + 1] = inv;
       system[4 * n + 2] = link;
       system[4 * n + 3] = right;

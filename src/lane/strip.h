@@ -35,6 +35,24 @@
   F(fill, 0, 1, "entry by which a row needs the unknown in front of its piece")                              \
   F(v_old, 1, 3, "velocities at the start of the step")
 
+/* The same for strips of general rods only. */
+#define HB_STRIP_GENERAL_FIELDS(F)                                                                           \
+  F(t, 0, 3, "tangents")                                                                                     \
+  F(inv_length, 0, 1, "1/|e|")                                                                               \
+  F(m1, 0, 3, "first material directors")                                                                    \
+  F(spin, 0, 1, "how far directors turned beyond parallel transport in the last step")                       \
+  F(twist, 1, 1, "twist m_i with windings")                                                                  \
+  F(kb, 1, 3, "curvature binormals")                                                                         \
+  F(stress, 1, 4, "B omega - pull of both sides of a vertex")                                                \
+  F(turn_gradient, 0, 1, "dE/dtheta")                                                                        \
+  F(inv_l, 1, 1, "1/l_i, 0 where nothing bends")                                                             \
+  F(twist_gain, 1, 1, "2 beta_i/l_i")                                                                        \
+  F(twist_link, 1, 1, "entry of the Hessian between the edges of a vertex, 0 where one is held")             \
+  F(rest_twist, 1, 1, "m-bar_i")                                                                             \
+  F(B, 0, 3, "B11, B12, B22")                                                                                \
+  F(pull, 1, 4, "B omega-bar of both sides of a vertex")                                                     \
+  F(free, 0, 1, "1, or 0 for an edge whose frame is held and for phantoms")
+
 /* What a pass over a strip leaves behind for those who put pieces together. One row of lanes each. */
 #define HB_STRIP_RECORDS(F)                                                                                  \
   F(count, 1, "edges of each lane")                                                                          \
@@ -57,6 +75,9 @@
   F(first_stress, 3, "force on edge 0")                                                                      \
   F(last_stress, 3, "force on edge K - 1")                                                                   \
   F(lowest_chi, 1, "smallest 1 + t.t'")                                                                      \
+  F(keep, 1, "part of the last spin that is a good guess for the next (general rods)")                       \
+  F(scale, 1, "what the terms of dE/dtheta are made of (general rods)")                                      \
+  F(floor, 1, "largest twisting gain (general rods)")                                                        \
   F(finite, 1, "a sum that is finite if all forces and velocities are")
 
 typedef struct hb_strip {
@@ -67,6 +88,7 @@ typedef struct hb_strip {
   bool single;                   /* floats, not doubles */
   bool pieces;                   /* lanes are pieces of one rod */
   bool twisted;                  /* some rod of it carries a twisting moment */
+  bool general;                  /* its rods are anisotropic or curved at rest */
   const struct hb_strip *before; /* neighbours along the same rod, NULL at its ends */
   const struct hb_strip *after;
   int *cuts; /* twisted: rows where a product of transports ends, ascending; the last is K - 1 */
@@ -74,6 +96,7 @@ typedef struct hb_strip {
   void *turns; /* 4 per cut: the products as quaternions, real part first */
 #define HB_DECLARE(name, extra, numbers, text) void *name;
   HB_STRIP_FIELDS(HB_DECLARE)
+  HB_STRIP_GENERAL_FIELDS(HB_DECLARE)
 #undef HB_DECLARE
 #define HB_DECLARE(name, numbers, text) void *name;
   HB_STRIP_RECORDS(HB_DECLARE)
@@ -93,8 +116,9 @@ typedef struct hb_lane_kernels {
   void (*eliminate)(hb_strip *strip, bool along);
   /* Back substitution and corrections of x; inv_h != 0: of v, too. along: books lambda instead. */
   void (*spread)(hb_strip *strip, bool along, double inv_h);
-  /* Unknowns of the last rows of all pieces of a rod; system: 4 per lane. False if a pivot is not sound. */
-  bool (*close)(hb_strip *strips, int count, double *system);
+  /* Unknowns of the last rows of all pieces of a rod; system: 4 per lane. False if a pivot is not sound (with
+   * definite: not clearly positive). */
+  bool (*close)(hb_strip *strips, int count, bool definite, double *system);
   /* Copies of vertices that strips share, and the length error of the edge between them. */
   void (*join_spread)(hb_strip *strip, bool along);
   /* Products of transports from cut to cut, smallest 1 + t.t'. exact: lengths may be off by more than 5e-9.
@@ -103,6 +127,15 @@ typedef struct hb_lane_kernels {
   /* Elastic forces. */
   void (*elastic)(hb_strip *strip, bool exact);
   void (*join_elastic)(hb_strip *strip);
+  /* General rods. Directors carried to the new tangents and turned on; a look at the energy of turns (first:
+   * at new tangents), with the elimination of Newton's system and, in `worst`, the largest dE/dtheta; the
+   * turns, the longest in `left`; directors turned; forces. */
+  void (*carry)(hb_strip *strip, bool exact);
+  void (*look)(hb_strip *strip, bool first);
+  void (*solve_turns)(hb_strip *strip);
+  void (*turn)(hb_strip *strip);
+  void (*drop_turns)(hb_strip *strip, int lane); /* none for this lane, -1: for all */
+  void (*general)(hb_strip *strip);
   /* Velocities of the second-order scheme (half-step velocities completed by the pull of lambda along the old
    * edges, then kicked), and elimination for their projection. */
   void (*eliminate_rates)(hb_strip *strip, double kick, double inv_h);

@@ -1,6 +1,7 @@
 /* The way between state and lanes. */
 #include "lane/plan.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Where vertex i of the n-th rod is; the rod's last vertex may only exist as the end of a piece. */
@@ -56,6 +57,24 @@ void hb_unit_set3(hb_unit *unit, int n, int i, size_t array, const double in[3])
   }
 }
 
+/* Numbers of an edge. */
+void hb_unit_get_edge(const hb_unit *unit, int n, int j, size_t array, int numbers, double *out) {
+  hb_lane_place p = hb_unit_find(unit, n, j);
+  for (int c = 0; c < numbers; c++)
+    out[c] = hb_strip_get(p.strip, array_of(p.strip, array), (size_t)(numbers * p.row + c), p.lane);
+}
+
+/* The same, back. */
+void hb_unit_set_edge(hb_unit *unit, int n, int j, size_t array, int numbers, const double *in) {
+  hb_lane_place p = hb_unit_find(unit, n, j);
+  for (int c = 0; c < numbers; c++) {
+    size_t at = (size_t)(numbers * p.row + c);
+    hb_strip_set(p.strip, array_of(p.strip, array), at, p.lane, in[c]);
+    for (int l = unit->rod_count; n == 0 && !unit->pieces && l < p.strip->lanes; l++)
+      hb_strip_set(p.strip, array_of(p.strip, array), at, l, in[c]);
+  }
+}
+
 /* One lane of a strip: which rod, its vertex in row 0, its last vertex. */
 typedef struct lane_of {
   const hb_rod *rod;
@@ -90,6 +109,53 @@ static void store3(const hb_strip *s, lane_of l, int lane, const void *from, dou
   }
 }
 
+/* Frames and twist of general rods. */
+static void load_frames(const hb_strip *s, lane_of l, int lane, const hb_state *state) {
+  for (int r = 0; r <= s->rows; r++) {
+    int i = l.first + r, slot = l.rod->first + i;
+    bool edge = r < s->rows && i < l.last;
+    if (r < s->rows) {
+      hb_strip_set(s, s->spin, (size_t)r, lane, edge ? state->spin[slot] : 0);
+      for (int c = 0; c < 3; c++)
+        hb_strip_set(s, s->m1, 3 * (size_t)r + (size_t)c, lane, edge ? state->m1[3 * slot + c] : 0);
+    }
+    hb_strip_set(s, s->twist, (size_t)r, lane, i > 0 && i < l.last ? state->twist[slot] : 0);
+  }
+}
+
+/* And back. */
+static void store_frames(const hb_strip *s, lane_of l, int lane, hb_state *state) {
+  for (int r = 0; r < s->rows && l.first + r < l.last; r++) {
+    int slot = l.rod->first + l.first + r;
+    double t[3], sum = 0;
+    for (int c = 0; c < 3; c++) {
+      size_t k = 3 * (size_t)r + (size_t)c;
+      state->m1[3 * slot + c] = hb_strip_get(s, s->m1, k, lane);
+      t[c] = hb_strip_get(s, s->x, k + 3, lane) - hb_strip_get(s, s->x, k, lane);
+      sum += t[c] * t[c];
+    }
+    for (int c = 0; c < 3; c++) state->tangent[3 * slot + c] = t[c] / sqrt(sum);
+    state->spin[slot] = hb_strip_get(s, s->spin, (size_t)r, lane);
+    state->twist[slot] = l.first + r > 0 ? hb_strip_get(s, s->twist, (size_t)r, lane) : 0;
+  }
+}
+
+/* Frames of the n-th rod alone, with new tangents known to the state. */
+void hb_unit_load_frames(const hb_model *model, const hb_state *state, hb_unit *unit, int n) {
+  for (int g = 0; g < unit->strip_count; g++)
+    for (int lane = 0; lane < unit->strips[g].lanes; lane++)
+      if (unit->pieces || lane == n || (n == 0 && lane >= unit->rod_count))
+        load_frames(&unit->strips[g], describe(model, unit, &unit->strips[g], lane), lane, state);
+}
+
+/* And back. */
+void hb_unit_store_frames(const hb_model *model, hb_state *state, const hb_unit *unit, int n) {
+  for (int g = 0; g < unit->strip_count; g++)
+    for (int lane = 0; lane < unit->strips[g].lanes; lane++)
+      if (unit->pieces || lane == n)
+        store_frames(&unit->strips[g], describe(model, unit, &unit->strips[g], lane), lane, state);
+}
+
 /* All arrays that carry a run on. */
 void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit) {
   for (int g = 0; g < unit->strip_count; g++) {
@@ -99,6 +165,7 @@ void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit) {
       load3(s, l, lane, state->x, s->x, false);
       load3(s, l, lane, state->v, s->v, true);
       load3(s, l, lane, state->force, s->f, true);
+      if (s->general) load_frames(s, l, lane, state);
       for (int r = 0; r < s->rows; r++) {
         int j = l.first + r;
         hb_strip_set(s, s->lambda, (size_t)r, lane, j < l.last ? state->lambda[l.rod->first + j] : 0);
@@ -116,6 +183,7 @@ void hb_unit_store(const hb_model *model, hb_state *state, const hb_unit *unit) 
       store3(s, l, lane, s->x, state->x);
       store3(s, l, lane, s->v, state->v);
       store3(s, l, lane, s->f, state->force);
+      if (s->general) store_frames(s, l, lane, state);
       for (int r = 0; r < s->rows && l.first + r < l.last; r++)
         state->lambda[l.rod->first + l.first + r] = hb_strip_get(s, s->lambda, (size_t)r, lane);
     }

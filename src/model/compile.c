@@ -86,6 +86,23 @@ static bool has_follower(const hb_scene_def *def) {
   return false;
 }
 
+/* An absolute tolerance asks most of the longest edge; in single precision it must be possible there too. */
+static hb_status check_absolute(const hb_model *m, hb_error *err) {
+  const hb_method_def *method = &m->def->method;
+  int longest = 0;
+  if (method->precision != HB_PRECISION_SINGLE || method->length_tolerance_kind != HB_TOLERANCE_ABSOLUTE)
+    return HB_OK;
+  for (int k = 1; k < m->nv; k++)
+    if (m->rest_length[k] > m->rest_length[longest]) longest = k;
+  double least = hb_compile_least_tolerance(method) * m->rest_length[longest];
+  if (method->length_tolerance >= least) return HB_OK;
+  return hb_compile_fail(m->def, method->line, method->column, err,
+                         "method.length_tolerance: %g is below what single precision can hold on the longest "
+                         "edge (%g, rod %s); at least %g is needed, or precision: double",
+                         method->length_tolerance, m->rest_length[longest], m->rods[m->rod_of[longest]].name,
+                         least);
+}
+
 /* All stages in order. */
 static hb_status compile(hb_model *m, hb_error *err) {
   const hb_scene_def *def = m->def;
@@ -102,6 +119,7 @@ static hb_status compile(hb_model *m, hb_error *err) {
     m->any_viscosity = m->any_viscosity || def->rods[r].viscosity != NULL;
   }
   m->any_follower = has_follower(def);
+  if (!status) status = check_absolute(m, err);
   if (!status) status = hb_compile_supports(m, err);
   return status;
 }

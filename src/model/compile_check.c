@@ -12,19 +12,29 @@ static hb_status check_force(const hb_scene_def *def, int k, hb_error *err) {
   if (f->rod < -1 || f->rod >= def->rod_count)
     return hb_compile_fail(def, f->line, f->column, err,
                            "forces[%d]: rod %d does not exist; there are %d rods", k, f->rod, def->rod_count);
+  if (f->rods < 0 || f->rods > def->rod_count - (f->rod > 0 ? f->rod : 0))
+    return hb_compile_fail(def, f->line, f->column, err,
+                           "forces[%d]: %d rods from rod %d on do not exist; there are %d rods", k, f->rods,
+                           f->rod, def->rod_count);
   for (int r = 0; f->kind == HB_FORCE_POINT && r < def->rod_count; r++) {
     int nv = def->rods[r].nv;
-    if ((f->rod == -1 || f->rod == r) && (f->vertex >= nv || f->vertex < -nv))
+    if (hb_force_def_acts_on(f, r) && (f->vertex >= nv || f->vertex < -nv))
       return hb_compile_fail(def, f->line, f->column, err,
                              "forces[%d]: vertex %d does not exist; %s has vertices 0 .. %d", k, f->vertex,
                              def->rods[r].name ? def->rods[r].name : "the rod", nv - 1);
   }
   for (int c = 0; c < 2; c++)
     if (!(f->linear[c] >= 0 && isfinite(f->linear[c])) ||
-        !(f->quadratic[c] >= 0 && isfinite(f->quadratic[c])))
+        !(f->quadratic[c] >= 0 && isfinite(f->quadratic[c])) ||
+        !(f->per_radius[c] >= 0 && isfinite(f->per_radius[c])))
       return hb_compile_fail(def, f->line, f->column, err,
                              "forces[%d]: drag coefficients must be finite and >= 0", k);
   return HB_OK;
+}
+
+/* Smallest relative length tolerance: a few times the round-off of a squared length. */
+double hb_compile_least_tolerance(const hb_method_def *method) {
+  return method->precision == HB_PRECISION_SINGLE ? 1e-6 : 1e-14;
 }
 
 /* Method, output and loads. */
@@ -45,11 +55,18 @@ hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
   if (!(m->length_tolerance > 0 && isfinite(m->length_tolerance)))
     return hb_compile_fail(def, m->line, m->column, err,
                            "method.length_tolerance: %g is not allowed; it must be > 0", m->length_tolerance);
-  if (m->length_tolerance_kind == HB_TOLERANCE_RELATIVE && m->length_tolerance < 1e-14)
+  bool single = m->precision == HB_PRECISION_SINGLE;
+  double least = hb_compile_least_tolerance(m);
+  if (m->length_tolerance_kind == HB_TOLERANCE_RELATIVE && m->length_tolerance < least)
     return hb_compile_fail(
         def, m->line, m->column, err,
-        "method.length_tolerance: %g is below what double precision can hold; at least 1e-14 is needed",
-        m->length_tolerance);
+        "method.length_tolerance: %g is below what %s precision can hold; at least %g is needed%s",
+        m->length_tolerance, single ? "single" : "double", least, single ? ", or precision: double" : "");
+  if (m->threads < 0)
+    return hb_compile_fail(def, 0, 0, err,
+                           "%d threads are not possible; at least 1, or 0 to let the program "
+                           "choose, is expected",
+                           m->threads);
   if (m->max_projections < 1 || m->max_twist_iterations < 1)
     return hb_compile_fail(def, m->line, m->column, err, "method: iteration limits must be >= 1");
   if (def->output.every < 1)

@@ -22,10 +22,21 @@ static hb_v3 tangent_of(const double *x, int j) {
   return hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * j + 3), hb_v3_load(x + 3 * j)));
 }
 
+/* Is the rod clamped at its first, its last vertex? Such a vertex's whole edge belongs to its neighbour's
+ * cell (docs/theory, 2.7). */
+static void find_walls(const hb_rod_def *def, bool walls[2]) {
+  walls[0] = walls[1] = false;
+  for (int k = 0; k < def->support_count; k++)
+    if (def->supports[k].kind == HB_SUPPORT_TANGENT && def->supports[k].wall)
+      walls[def->supports[k].base_is_end] = true;
+}
+
 /* Lengths, arc length, Voronoi lengths and masses. */
 static void compile_lengths(hb_model *m, const hb_rod_def *def, hb_rod *rod) {
   const double *shape = def->lengths_from_initial ? def->initial : def->rest;
   int first = rod->first, nv = rod->nv;
+  bool walls[2];
+  find_walls(def, walls);
   for (int j = 0; j + 1 < nv; j++) {
     double l = hb_v3_norm(hb_v3_sub(hb_v3_load(shape + 3 * j + 3), hb_v3_load(shape + 3 * j)));
     m->rest_length[first + j] = l;
@@ -38,6 +49,8 @@ static void compile_lengths(hb_model *m, const hb_rod_def *def, hb_rod *rod) {
     double before = i > 0 ? m->rest_length[k - 1] : 0, after = i + 1 < nv ? m->rest_length[k] : 0;
     bool interior = i > 0 && i + 1 < nv;
     m->voronoi[k] = interior ? before + after : 0;
+    if (interior && i == 1 && walls[0]) m->voronoi[k] += before;
+    if (interior && i == nv - 2 && walls[1]) m->voronoi[k] += after;
     m->weight[k] = 0.5 * (before + after);
     m->mass[k] = def->mass[i];
     for (int c = 0; c < 3; c++) m->inv_mass[3 * k + c] = 1 / def->mass[i];
@@ -67,7 +80,9 @@ static double compile_curvature(hb_model *m, const hb_rod_def *def, const hb_rod
   for (int i = 1; i + 1 < rod->nv; i++) {
     int k = rod->first + i;
     hb_v3 t_next = tangent_of(def->rest, i), carried = hb_transport(m1, t, t_next), m1_next;
-    double twist = def->natural_twist ? def->natural_twist[i] * 0.5 * m->voronoi[k] : 0;
+    /* between given directors lies what they say and no more */
+    double cell = def->rest_m1 ? m->rest_length[k - 1] + m->rest_length[k] : m->voronoi[k];
+    double twist = def->natural_twist ? def->natural_twist[i] * 0.5 * cell : 0;
     if (def->rest_m1) {
       m1_next = hb_project_normal(hb_v3_load(def->rest_m1 + 3 * i), t_next);
       twist += hb_angle_about(carried, m1_next, t_next);

@@ -70,6 +70,11 @@ static hb_status add_tangent(hb_model *m, int r, const hb_support_def *s, hb_err
   if (!(hb_v3_norm(direction) > 0))
     return support_fail(m, r, s, err, "the prescribed tangent at time 0 is zero");
   direction = hb_v3_unit(direction);
+  int outermost = m->rods[r].first + (s->base_is_end ? m->rods[r].nv - 2 : 0);
+  if (s->wall && p->edge != outermost)
+    return support_fail(m, r, s, err,
+                        "only the first and the last edge can be clamped at their outer vertex");
+  if (s->wall && s->held) direction = hb_compile_wall(m, r, s, direction);
   hb_v3_store(p->initial, direction);
   for (int c = 0; c < 3; c++) {
     if (m->inv_mass[3 * p->base + c] != 0)

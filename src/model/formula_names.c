@@ -19,6 +19,7 @@ static const hb_function functions[] = {
     {"max", HB_OP_MAX, 2, -1},    {"mod", HB_OP_MOD, 2, 2},     {"sign", HB_OP_SIGN, 1, 1},
     {"step", HB_OP_STEP, 1, 2},   {"clamp", HB_OP_CLAMP, 3, 3}, {"smoothstep", HB_OP_SMOOTHSTEP, 3, 3},
     {"pow", HB_OP_POWER, 2, 2},   {"hypot", HB_OP_HYPOT, 2, 2}, {"if", HB_OP_IF, 3, 3},
+    {"noise", HB_OP_NOISE, 1, 2},
 };
 #define FUNCTION_COUNT (sizeof functions / sizeof functions[0])
 
@@ -167,6 +168,12 @@ void hb_name_unknown(hb_name name, unsigned allowed, const hb_parameter *paramet
   if (hb_variable_find(name, &variable)) {
     hb_phrase_add(out, "'%s' (%s) cannot be used here; ", variables[variable].name,
                   variables[variable].meaning);
+    list_available(allowed, parameters, count, out);
+    return;
+  }
+  if (is(name, "k") || is(name, "K")) {
+    hb_phrase_add(out, "'%c' (%s) can be used in a rod with copies only; ", name.at[0],
+                  name.at[0] == 'k' ? "number of the copy" : "number of copies");
     list_available(allowed, parameters, count, out);
     return;
   }

@@ -328,6 +328,7 @@ static bool arguments(parser *p, const hb_function *function, size_t at, size_t 
   if (!advance(p)) return false;
   if (function->most < 0) return true;
   if (function->op == HB_OP_STEP && count == 2) return apply(p, HB_OP_LESS_EQUAL); /* step(edge, x) */
+  if (function->op == HB_OP_NOISE && count == 2) return apply(p, HB_OP_NOISE_2);
   return apply(p, function->op);
 }
 

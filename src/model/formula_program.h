@@ -32,6 +32,7 @@ typedef enum hb_op {
   HB_OP_CEIL,
   HB_OP_SIGN,
   HB_OP_STEP,
+  HB_OP_NOISE,
   HB_OP_ADD, /* first with two operands */
   HB_OP_SUBTRACT,
   HB_OP_MULTIPLY,
@@ -48,6 +49,7 @@ typedef enum hb_op {
   HB_OP_MAX,
   HB_OP_MOD,
   HB_OP_HYPOT,
+  HB_OP_NOISE_2,
   HB_OP_IF, /* first with three operands */
   HB_OP_CLAMP,
   HB_OP_SMOOTHSTEP

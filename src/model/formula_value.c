@@ -1,6 +1,7 @@
 #include "model/formula_program.h"
 
 #include <math.h>
+#include <string.h>
 
 /* a modulo b with the sign of b, so that mod(t, 1) is a saw tooth on both sides of 0. */
 static double modulo(double a, double b) {
@@ -31,6 +32,33 @@ static double ramp(double from, double to, double x) {
   return s > 1 ? 1 : s;
 }
 
+/* Spreads every bit over all bits: the finaliser of the generator SplitMix64 (Steele, Lea, Flood 2014). */
+static uint64_t mix(uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+/* Adds a number to a hash by its bits; -0 counts as 0. The step is that of SplitMix64, so that zeros are seen
+ * too. */
+static uint64_t mix_number(uint64_t hash, double a) {
+  uint64_t bits;
+  a = a == 0 ? 0 : a;
+  memcpy(&bits, &a, sizeof bits);
+  return mix((hash ^ bits) + 0x9e3779b97f4a7c15u);
+}
+
+/* A number from [-1, 1) that looks like chance: the 53 upper bits of a hash. */
+static double spread(uint64_t hash) { return (double)(hash >> 11) * 0x1p-52 - 1; }
+
+/* Noise of one number; of what is not finite there is none. */
+static double noise(double a) { return isfinite(a) ? spread(mix_number(0, a)) : (double)NAN; }
+
+/* Noise of two numbers. */
+static double noise_2(double a, double b) {
+  return isfinite(a) && isfinite(b) ? spread(mix_number(mix_number(0, a), b)) : (double)NAN;
+}
+
 /* Operations with one operand. */
 static double value1(hb_op op, double a) {
   switch (op) {
@@ -53,6 +81,7 @@ static double value1(hb_op op, double a) {
   case HB_OP_CEIL: return ceil(a);
   case HB_OP_SIGN: return isnan(a) ? a : (double)((a > 0) - (a < 0));
   case HB_OP_STEP: return isnan(a) ? a : (double)(a >= 0);
+  case HB_OP_NOISE: return noise(a);
   default: return (double)NAN;
   }
 }
@@ -76,6 +105,7 @@ static double value2(hb_op op, double a, double b) {
   case HB_OP_MAX: return larger(a, b);
   case HB_OP_MOD: return modulo(a, b);
   case HB_OP_HYPOT: return hypot(a, b);
+  case HB_OP_NOISE_2: return noise_2(a, b);
   default: return (double)NAN;
   }
 }
@@ -128,7 +158,7 @@ static double slope1(hb_op op, double a, double value) {
   case HB_OP_LOG: return a < 0 ? (double)NAN : 1 / a;
   case HB_OP_LOG10: return a < 0 ? (double)NAN : 1 / (a * 2.302585092994045684);
   case HB_OP_SQRT: return 0.5 / value;
-  default: return isnan(value) ? value : 0; /* floor, ceil, sign, step: flat between jumps */
+  default: return isnan(value) ? value : 0; /* floor, ceil, sign, step, noise: flat between jumps */
   }
 }
 
@@ -173,6 +203,7 @@ static double rate2(hb_op op, const double operands[3], double value, const doub
   case HB_OP_MAX: return choice_rate(-1, a, b, da, db);
   case HB_OP_MOD: return da - chain(rint((a - value) / b), db);
   case HB_OP_HYPOT: return hypot_rate(operands, value, rates);
+  case HB_OP_NOISE_2: return isnan(value) ? value : 0;
   default: return 0; /* comparisons */
   }
 }

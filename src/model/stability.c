@@ -18,8 +18,10 @@ static hb_v3 value_at(const hb_model *m, hb_formula *const value[3], int k, doub
   vars[HB_VAR_I] = k - rod->first;
   vars[HB_VAR_L] = rod->length;
   for (int c = 0; c < 3; c++) vars[HB_VAR_X + c] = m->initial[3 * k + c];
-  for (int c = 0; c < 3; c++)
-    if (value[c]) hb_formula_eval_dt(value[c], vars, &out[c], &rate[c]);
+  for (int c = 0; c < 3; c++) {
+    if (value[c] && speed) hb_formula_eval_dt(value[c], vars, &out[c], &rate[c]);
+    if (value[c] && !speed) out[c] = hb_formula_eval(value[c], vars);
+  }
   if (speed) *speed = hb_v3_norm(hb_v3_load(rate));
   return hb_v3_load(out);
 }
@@ -49,7 +51,7 @@ static double load_on(const hb_model *m, const hb_rod *rod) {
   double sum = 0;
   for (int n = 0; n < def->force_count; n++) {
     const hb_force_def *f = &def->forces[n];
-    if ((f->rod >= 0 && f->rod != rod->index) || f->kind == HB_FORCE_WIND) continue;
+    if (!hb_force_def_acts_on(f, rod->index) || f->kind == HB_FORCE_WIND) continue;
     if (f->kind == HB_FORCE_GRAVITY && rod->position_count == 0) continue;
     int from = rod->first, to = rod->first + rod->nv - 1;
     if (f->kind == HB_FORCE_POINT) from = to = rod->first + (f->vertex < 0 ? f->vertex + rod->nv : f->vertex);
@@ -89,13 +91,15 @@ static double stiff_side(const double *B) { return 0.5 * (B[0] + B[2]) + hypot(0
  * speed |w| of the start. */
 static double damping_rate(const hb_model *m, const hb_rod *rod, int k) {
   const hb_scene_def *def = m->def;
-  double rate = def->rods[rod->index].mass_damping;
+  const hb_rod_def *own = &def->rods[rod->index];
+  double rate = own->mass_damping;
   for (int i = 0; i < def->force_count; i++) {
     const hb_force_def *f = &def->forces[i];
-    if (f->kind != HB_FORCE_WIND || (f->rod >= 0 && f->rod != rod->index)) continue;
+    if (f->kind != HB_FORCE_WIND || !hb_force_def_acts_on(f, rod->index)) continue;
     double speed = hb_v3_norm(value_at(m, f->value, k, 0, NULL));
     double drag = fmax(f->linear[0], f->linear[1]);
-    if (isfinite(speed)) drag += 2 * speed * fmax(f->quadratic[0], f->quadratic[1]);
+    if (isfinite(speed))
+      drag += 2 * speed * fmax(hb_force_def_quadratic(f, own, 0), hb_force_def_quadratic(f, own, 1));
     rate += drag * m->weight[k] / m->mass[k];
   }
   return rate;

@@ -44,15 +44,14 @@ static bool put(FILE *stream, uint64_t *hash, const void *data, size_t size) {
 }
 
 /* Writes under a temporary name, forces it to the disk, renames. */
-hb_status hb_checkpoint_write(const char *path, const hb_sim *sim, long frames, hb_error *err) {
-  const hb_state *state = hb_sim_const_state(sim);
-  const hb_scene_def *def = hb_sim_model(sim)->def;
+hb_status hb_checkpoint_write_state(const char *path, const hb_model *model, const hb_state *state,
+                                    long frames, hb_error *err) {
+  const hb_scene_def *def = model->def;
   const char *source = def->source ? def->source : "";
   char *base = base_of(def->path);
   if (!base) return hb_fail_memory(err, "checkpoint");
-  header head = {byte_order,       hb_run_identity(hb_sim_model(sim)),
-                 (uint64_t)frames, strlen(source),
-                 strlen(base),     state->count};
+  header head = {byte_order,     hb_run_identity(model), (uint64_t)frames,
+                 strlen(source), strlen(base),           state->count};
   hb_file file;
   hb_status status = hb_file_begin(path, &file, err);
   if (status == HB_OK) {
@@ -66,6 +65,11 @@ hb_status hb_checkpoint_write(const char *path, const hb_sim *sim, long frames, 
   }
   hb_free(base);
   return status;
+}
+
+/* Of a simulation as it is now. */
+hb_status hb_checkpoint_write(const char *path, const hb_sim *sim, long frames, hb_error *err) {
+  return hb_checkpoint_write_state(path, hb_sim_model(sim), hb_sim_const_state(sim), frames, err);
 }
 
 /* Whole file into memory; *size gets its bytes. */

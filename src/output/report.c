@@ -26,6 +26,7 @@ static void scene(hb_json *json, const hb_model *model) {
   hb_json_number(json, "length_tolerance", method->length_tolerance);
   hb_json_text(json, "length_tolerance_kind",
                method->length_tolerance_kind == HB_TOLERANCE_RELATIVE ? "relative" : "absolute");
+  hb_json_text(json, "precision", method->precision == HB_PRECISION_SINGLE ? "single" : "double");
   hb_json_integer(json, "max_projections", method->max_projections);
   hb_json_integer(json, "max_twist_iterations", method->max_twist_iterations);
   hb_json_object_end(json);

@@ -1,5 +1,5 @@
 /* Adds frames to a trajectory: raw numbers at places known since the file was made, then the count. */
-#include "hebra/output.h"
+#include "output/writer.h"
 
 #include "base/memory.h"
 #include "output/file.h"
@@ -15,6 +15,10 @@
 #include <string.h>
 #include <unistd.h>
 
+/* Frames are collected up to this size, and so many at most. Larger ones go straight to the file. */
+#define COLLECT_BYTES (1u << 20)
+#define COLLECT_MOST 64
+
 struct hb_writer {
   char *path;
   const hb_model *model;
@@ -24,6 +28,9 @@ struct hb_writer {
   hb_layout_map map;
   long frames;
   double *scratch; /* an edge field with its unused rows filled */
+  char
+      *collected; /* per entry of the map, one behind the other: room rows of its stride; NULL if room is 1 */
+  long waiting, room;
 };
 
 /* Closes and frees everything; false if the last bytes could not be written, *reason (NULL allowed) is then
@@ -38,6 +45,7 @@ static bool drop(hb_writer *w, int *reason) {
   good = good && !error;
   hb_layout_map_free(&w->map);
   hb_free(w->scratch);
+  hb_free(w->collected);
   hb_free(w->path);
   hb_free(w);
   return good;
@@ -50,8 +58,14 @@ static hb_status attach(hb_writer *w, hid_t file, hb_error *err) {
   if (status != HB_OK) return status;
   if (!hb_layout_count_open(file, &w->count))
     return hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be opened for writing", w->path);
+  uint64_t bytes = 0;
+  for (int k = 0; k < w->map.count; k++) bytes += w->map.stride[k];
+  w->room = bytes > 0 && bytes <= COLLECT_BYTES / 2 ? (long)(COLLECT_BYTES / bytes) : 1;
+  if (w->room > COLLECT_MOST) w->room = COLLECT_MOST;
   w->scratch = hb_alloc((size_t)w->model->nv * 4, sizeof *w->scratch);
-  return w->scratch ? HB_OK : hb_fail_memory(err, "buffer of a trajectory");
+  if (w->room > 1) w->collected = hb_alloc((size_t)w->room, (size_t)bytes);
+  if (!w->scratch || (w->room > 1 && !w->collected)) return hb_fail_memory(err, "buffer of a trajectory");
+  return HB_OK;
 }
 
 /* An empty writer. */
@@ -220,71 +234,155 @@ hb_status hb_writer_continue(const char *path, const hb_model *model, long frame
 }
 
 /* Rows of edge fields that hold no edge repeat the row before, so that ParaView's colours end cleanly. */
-static const double *edge_rows(hb_writer *w, const double *values, int components) {
+static void fill_rows(const hb_writer *w, double *values, int components) {
   size_t c = (size_t)components;
-  memcpy(w->scratch, values, (size_t)w->model->nv * c * sizeof *values);
   for (int r = 0; r < w->model->rod_count; r++) {
     size_t last = (size_t)(w->model->rods[r].first + w->model->rods[r].nv - 1);
-    memcpy(w->scratch + last * c, w->scratch + (last - 1) * c, c * sizeof *values);
+    memcpy(values + last * c, values + (last - 1) * c, c * sizeof *values);
   }
-  return w->scratch;
 }
 
-/* Raw numbers of one frame. */
+/* A series' value as it stands in the file, 8 bytes. */
+static void series_bytes(const hb_frame *frame, const hb_series *series, char bytes[8]) {
+  const char *value = (const char *)frame + series->offset;
+  if (series->integer) {
+    long number = 0;
+    memcpy(&number, value, sizeof number);
+    int64_t whole = number;
+    memcpy(bytes, &whole, sizeof whole);
+  } else
+    memcpy(bytes, value, sizeof(double));
+}
+
+/* `count` rows of an entry of the map from frame `first` on. */
+static bool put(const hb_writer *w, int entry, const void *rows, long first, long count) {
+  uint64_t stride = w->map.stride[entry];
+  return hb_file_put(w->disk.fd, rows, (size_t)(stride * (uint64_t)count),
+                     w->map.at[entry] + (uint64_t)first * stride);
+}
+
+/* Raw numbers of one frame, straight to the file. */
 static bool put_frame(hb_writer *w, const hb_frame *frame) {
-  const char *bytes = (const char *)frame;
-  uint64_t n = (uint64_t)w->frames;
   bool good = true;
   int entry = 0;
+  char bytes[8];
   for (int k = 0; good && k < hb_frame_field_count; k++, entry++) {
     const double *values = NULL;
-    memcpy(&values, bytes + hb_frame_fields[k].offset, sizeof values);
-    if (hb_frame_fields[k].location == HB_ON_EDGE)
-      values = edge_rows(w, values, hb_frame_fields[k].components);
-    good = hb_file_put(w->disk.fd, values, (size_t)w->map.stride[entry],
-                       w->map.at[entry] + n * w->map.stride[entry]);
+    memcpy(&values, (const char *)frame + hb_frame_fields[k].offset, sizeof values);
+    if (hb_frame_fields[k].location == HB_ON_EDGE) {
+      memcpy(w->scratch, values, (size_t)w->map.stride[entry]);
+      fill_rows(w, w->scratch, hb_frame_fields[k].components);
+      values = w->scratch;
+    }
+    good = put(w, entry, values, w->frames, 1);
   }
   for (int k = 0; good && k < hb_series_count; k++, entry++) {
-    const void *value = bytes + hb_series_table[k].offset;
-    int64_t whole = 0;
-    if (hb_series_table[k].integer) {
-      long number = 0;
-      memcpy(&number, value, sizeof number);
-      whole = number;
-      value = &whole;
-    }
-    good = hb_file_put(w->disk.fd, value, (size_t)w->map.stride[entry],
-                       w->map.at[entry] + n * w->map.stride[entry]);
+    series_bytes(frame, &hb_series_table[k], bytes);
+    good = put(w, entry, bytes, w->frames, 1);
   }
-  return good && hb_file_put(w->disk.fd, &frame->time, sizeof frame->time,
-                             w->map.at[entry] + n * w->map.stride[entry]);
+  return good && put(w, entry, &frame->time, w->frames, 1);
 }
 
-/* Adds a frame. */
-hb_status hb_writer_add(hb_writer *w, const hb_frame *frame, hb_error *err) {
-  if (w->frames >= w->map.capacity)
-    return hb_fail(err, HB_ERR_INPUT, "%s: frame %ld does not fit, the trajectory was planned for %ld frames",
-                   w->path, w->frames, w->map.capacity);
-  errno = 0;
-  if (!put_frame(w, frame))
-    return hb_fail(err, HB_ERR_IO, "%s: frame %ld cannot be written: %s", w->path, w->frames,
-                   errno ? strerror(errno) : "the disk did not take all bytes");
+/* The same, into the rows that wait. */
+static void keep_frame(hb_writer *w, const hb_frame *frame) {
+  char *table = w->collected;
+  int entry = 0;
+  for (int k = 0; k < hb_frame_field_count; k++, entry++) {
+    size_t stride = (size_t)w->map.stride[entry];
+    char *row = table + (size_t)w->waiting * stride;
+    const double *values = NULL;
+    memcpy(&values, (const char *)frame + hb_frame_fields[k].offset, sizeof values);
+    memcpy(row, values, stride);
+    if (hb_frame_fields[k].location == HB_ON_EDGE)
+      fill_rows(w, (double *)(void *)row, hb_frame_fields[k].components);
+    table += (size_t)w->room * stride;
+  }
+  for (int k = 0; k < hb_series_count; k++, entry++, table += (size_t)w->room * 8)
+    series_bytes(frame, &hb_series_table[k], table + 8 * w->waiting);
+  memcpy(table + 8 * w->waiting, &frame->time, sizeof frame->time);
+  w->waiting++;
+}
+
+/* Rows first .. first + count - 1 of those that wait, to where the next frames belong. */
+static bool put_waiting(const hb_writer *w, long first, long count) {
+  const char *table = w->collected;
+  bool good = true;
+  for (int k = 0; good && k < w->map.count; k++) {
+    good = put(w, k, table + (uint64_t)first * w->map.stride[k], w->frames, count);
+    table += (uint64_t)w->room * w->map.stride[k];
+  }
+  return good;
+}
+
+/* What the system says of a frame that was not written. */
+static hb_status tell_unwritten(const hb_writer *w, hb_error *err) {
+  return hb_fail(err, HB_ERR_IO, "%s: frame %ld cannot be written: %s", w->path, w->frames,
+                 errno ? strerror(errno) : "the disk did not take all bytes");
+}
+
+/* Makes the next `count` frames valid. */
+static hb_status count_frames(hb_writer *w, long count, hb_error *err) {
   hb_h5_quiet quiet = hb_h5_quiet_begin();
   char reason[256];
-  bool good = hb_layout_set_frames(&w->count, w->frames, w->frames + 1);
+  bool good = hb_layout_set_frames(&w->count, w->frames, w->frames + count);
   if (!good) hb_h5_reason(reason, sizeof reason);
   if (w->disk.error) snprintf(reason, sizeof reason, "%s", strerror(w->disk.error));
   good = good && !w->disk.error;
   hb_h5_quiet_end(quiet);
   if (!good)
     return hb_fail(err, HB_ERR_IO, "%s: frame %ld cannot be counted: %s", w->path, w->frames, reason);
-  w->frames++;
+  w->frames += count;
   return HB_OK;
 }
+
+/* All in one go; if that fails, one by one, to keep what there is room for. */
+hb_status hb_writer_flush(hb_writer *w, hb_error *err) {
+  long waiting = w->waiting;
+  hb_status status = HB_OK;
+  w->waiting = 0;
+  if (waiting == 0) return HB_OK;
+  errno = 0;
+  if (put_waiting(w, 0, waiting)) return count_frames(w, waiting, err);
+  for (long n = 0; !status && n < waiting; n++) {
+    errno = 0;
+    status = put_waiting(w, n, 1) ? count_frames(w, 1, err) : tell_unwritten(w, err);
+  }
+  return status;
+}
+
+/* The plan has an end. */
+static hb_status check_room(const hb_writer *w, hb_error *err) {
+  if (w->frames < w->map.capacity) return HB_OK;
+  return hb_fail(err, HB_ERR_INPUT, "%s: frame %ld does not fit, the trajectory was planned for %ld frames",
+                 w->path, w->frames, w->map.capacity);
+}
+
+/* Keeps it if there is room for several. */
+hb_status hb_writer_collect(hb_writer *w, const hb_frame *frame, hb_error *err) {
+  if (w->room == 1) return hb_writer_add(w, frame, err);
+  hb_status status = HB_OK;
+  if (w->waiting == w->room || w->frames + w->waiting >= w->map.capacity) status = hb_writer_flush(w, err);
+  if (!status) status = check_room(w, err);
+  if (!status) keep_frame(w, frame);
+  return status;
+}
+
+/* Adds a frame behind those that wait. */
+hb_status hb_writer_add(hb_writer *w, const hb_frame *frame, hb_error *err) {
+  hb_status status = hb_writer_flush(w, err);
+  if (!status) status = check_room(w, err);
+  if (status) return status;
+  errno = 0;
+  return put_frame(w, frame) ? count_frames(w, 1, err) : tell_unwritten(w, err);
+}
+
+/* Valid ones. */
+long hb_writer_frames(const hb_writer *w) { return w->frames; }
 
 /* Forces the bytes to the disk, closes, frees. */
 hb_status hb_writer_close(hb_writer *w, hb_error *err) {
   if (!w) return HB_OK;
+  hb_status status = hb_writer_flush(w, err);
   hb_h5_quiet quiet = hb_h5_quiet_begin();
   char *path = w->path;
   w->path = NULL;
@@ -294,8 +392,7 @@ hb_status hb_writer_close(hb_writer *w, hb_error *err) {
   good = drop(w, &later) && good;
   if (!reason) reason = later;
   hb_h5_quiet_end(quiet);
-  hb_status status = HB_OK;
-  if (!good)
+  if (!good && !status)
     status = hb_fail(err, HB_ERR_IO, "%s: the last bytes could not be written: %s", path,
                      reason ? strerror(reason) : "HDF5 could not close the file");
   hb_free(path);

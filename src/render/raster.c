@@ -124,6 +124,7 @@ static int compare_front(const void *a, const void *b) {
 hb_status hb_pieces_make(const hb_strands *s, const hb_lens *lens, hb_pieces *out, hb_error *err) {
   *out =
       (hb_pieces){.nx = (lens->rect.w + HB_TILE - 1) / HB_TILE, .ny = (lens->rect.h + HB_TILE - 1) / HB_TILE};
+  out->halos = !s->thicket;
   out->piece = hb_alloc((size_t)s->count, sizeof *out->piece);
   if (!out->piece) return hb_fail_memory(err, "pieces of a picture");
   for (int i = 0; i + 1 < s->count; i++)
@@ -359,7 +360,7 @@ void hb_tile_draw(hb_tile *tile, const hb_pieces *pieces, const hb_lens *lens, i
   mark_busy(tile, pieces);
   b.pass = FINE;
   draw_pieces(&b, index);
-  if (!deep(pieces, index)) return;
+  if (!pieces->halos || !deep(pieces, index)) return;
   double depth = deepest(tile);
   b.pass = HALO;
   for (int n = pieces->start[index]; n < pieces->start[index + 1]; n++) {

@@ -27,6 +27,7 @@ typedef struct hb_pieces {
   int count;
   int *start, *item; /* pieces that touch a tile */
   int nx, ny;        /* tiles */
+  bool halos;
 } hb_pieces;
 
 /* What the samples of a tile have met. Pixels where nothing changes have only the samples with i and j even.

@@ -94,12 +94,49 @@ static void meet(const hb_shading *sh, int index, double t, const double at[2], 
   }
 }
 
+/* x to the power 2^k. */
+static double power2(double x, int k) {
+  for (; k > 0; k--) x *= x;
+  return x;
+}
+
+/* Light from a tube that is too thin to show its round surface: what all the normals around it reflect
+ * together depends on its direction alone, with a bright band across a lock of hair (Kajiya and Kay 1989,
+ * sections 4.2 and 4.3: diffuse by the sine of the angle to the lamp, gloss by that to the half-way
+ * direction). */
+static void shade_hair(const hb_shading *sh, const hb_piece *piece, double depth, const double at[2],
+                       double light[3]) {
+  const hb_node *a = &sh->strands->node[piece->node], *b = a + 1;
+  const hb_look *look = &sh->strands->look[a->tube];
+  hb_v3 origin, ray;
+  double sun, sky;
+  hb_lens_ray(sh->lens, at[0], at[1], &origin, &ray);
+  hb_v3 p = hb_v3_axpy(origin, depth, ray), d = hb_v3_sub(p, piece->a);
+  double s = piece->bb > 0 ? hb_v3_dot(d, piece->ab) / piece->bb : 0;
+  s = s < 0 ? 0 : s > 1 ? 1 : s;
+  hb_v3 t = hb_v3_unit(hb_v3_axpy(hb_v3_scale(1 - s, a->t), s, b->t));
+  hb_v3 half = hb_v3_unit(hb_v3_sub(sh->key, hb_v3_unit(ray)));
+  hb_thicket_light(sh->thicket, p, &sun, &sky);
+  double along = hb_v3_dot(t, sh->key), cross = hb_v3_dot(t, half), up = hb_v3_dot(t, sh->lens->up);
+  double diffuse = sqrt(fmax(0, 1 - along * along)), gloss = power2(fmax(0, 1 - cross * cross), 4);
+  double sheen = power2(fmax(0, 1 - cross * cross), 2), hemisphere = 0.5 + 0.35 * sqrt(fmax(0, 1 - up * up));
+  for (int c = 0; c < 3; c++) {
+    double ambient = ground_light[c] + hemisphere * (sky_light[c] - ground_light[c]);
+    light[c] = look->base[c] * ((0.75 * diffuse + 0.5 * sheen) * sun * key_light[c] + ambient * sky) +
+               0.16 * gloss * sun * key_light[c];
+  }
+}
+
 /* Adds up the lamps. */
 void hb_shade_sample(const hb_shading *sh, const hb_tile *tile, int k, double x, double y, double light[3]) {
   surface s;
   const double at[2] = {x, y};
-  meet(sh, tile->piece[k], tile->depth[k], at, &s);
   const hb_piece *piece = &sh->pieces->piece[tile->piece[k]];
+  if (sh->thicket) {
+    shade_hair(sh, piece, tile->depth[k], at, light);
+    return;
+  }
+  meet(sh, tile->piece[k], tile->depth[k], at, &s);
   const hb_look *look = &sh->strands->look[sh->strands->node[piece->node].tube];
   double facing = -hb_v3_dot(s.n, s.ray);
   if (facing < 0) facing = 0;

@@ -4,13 +4,15 @@
 
 #include "render/occlude.h"
 #include "render/raster.h"
+#include "render/thicket.h"
 
 typedef struct hb_shading {
   const hb_lens *lens;
   const hb_strands *strands;
   const hb_pieces *pieces;
-  const hb_occlusion *occlusion;
-  hb_v3 key, rim, half_key; /* directions towards the lamps; unit */
+  const hb_occlusion *occlusion; /* light on single tubes */
+  const hb_thicket *thicket;     /* in its place where strands are a thicket, else NULL */
+  hb_v3 key, rim, half_key;      /* directions towards the lamps; unit */
 } hb_shading;
 
 /* Direction towards the key lamp in camera space: from above, from the left, from the viewer's side. */

@@ -11,6 +11,11 @@
 #define TURN_PER_PIECE 0.25
 #define SAG_PER_PIECE 0.12
 #define TWIST_PER_PIECE 0.25
+/* Share of the picture that thin tubes may cover until they are drawn thinner; pixels of radius that are
+ * drawn at least; share of the usual least radius below which a picture is a thicket. */
+#define MOST_COVER 0.5
+#define THINNEST 0.3
+#define THICKET 0.5
 /* Nodes that a picture may have beyond one per vertex. */
 #define MOST_NODES 400000.0
 enum { MOST_CUTS = 96 };
@@ -21,6 +26,7 @@ typedef struct cutter {
   const hb_lens *lens;
   int index;
   double radius, thin; /* radius as drawn; 1 or less: cuts are thinned out */
+  bool thicket;
 } cutter;
 
 /* Is the place a finite number of a size that can be squared? */
@@ -69,12 +75,12 @@ static bool director(const cutter *c, int j, hb_v3 *out) {
 static int cuts(const cutter *c, int j, int from, int to) {
   hb_v3 a = vertex(c, j), b = vertex(c, j + 1);
   double length = hb_v3_norm(hb_v3_sub(b, a));
-  double wish = length / (1.5 * c->radius);
+  double wish = c->thicket ? 1 : length / (1.5 * c->radius);
   double bend = hb_v3_norm(hb_v3_sub(slope(c, j + 1, from, to), slope(c, j, from, to)));
   wish = fmax(wish, bend / TURN_PER_PIECE);
   wish = fmax(wish, sqrt(length / c->lens->pixel * bend / (8 * SAG_PER_PIECE)));
   hb_v3 m, n;
-  if (j > from && director(c, j - 1, &m) && director(c, j, &n))
+  if (!c->thicket && j > from && director(c, j - 1, &m) && director(c, j, &n))
     wish = fmax(wish, hb_v3_norm(hb_v3_sub(m, n)) / TWIST_PER_PIECE);
   double most = fmin(length / (2 * c->lens->pixel), MOST_CUTS);
   wish = fmin(wish, most) * c->thin;
@@ -151,7 +157,7 @@ static void cut(const cutter *c, int from, int to, hb_strands *s) {
       hb_node node = {.tube = c->index, .first = j == from && k == 0, .last = j == to - 1 && k == pieces};
       double f = (double)k / pieces;
       evaluate(c, j, f, from, to, &node);
-      node.m = director_at(c, j, f, node.t, from, to);
+      if (!c->thicket) node.m = director_at(c, j, f, node.t, from, to);
       append(s, node, least);
     }
   }
@@ -182,10 +188,30 @@ static void choose_colors(const hb_tube *tube, hb_look *look) {
   for (int k = 0; k < 3; k++) look->stripe[k] = stripe[k];
 }
 
-/* Radius as drawn: what cannot be seen is drawn thicker. */
-static double drawn_radius(double radius, const hb_lens *lens) {
-  double least = fmin(fmax(lens->rect.h / 200.0, 1), 1.75) * lens->pixel;
+/* What cannot be seen is drawn thicker: the least radius of a single tube. */
+static double least_radius(const hb_lens *lens) {
+  return fmin(fmax(lens->rect.h / 200.0, 1), 1.75) * lens->pixel;
+}
+
+/* Radius as drawn. */
+static double drawn_radius(double radius, double least) {
   return radius > least && radius < 1e100 ? radius : least;
+}
+
+/* Where all the tubes that are drawn thicker would cover more than MOST_COVER of the picture, their least
+ * radius shrinks; it is the same for all frames of a film, since rods keep their lengths. */
+static double crowded_radius(const hb_tube *tubes, int count, const hb_lens *lens) {
+  double least = least_radius(lens), length = 0, pixels = (double)lens->rect.w * lens->rect.h;
+  for (int i = 0; i < count; i++) {
+    if (tubes[i].radius > least && tubes[i].radius < 1e100) continue;
+    for (int from = 0, to = 0; next_strand(&tubes[i], &from, &to); from = to + 1)
+      for (int j = from; j < to; j++) {
+        const double *x = tubes[i].xyz + 3 * (size_t)j;
+        length += hb_v3_norm(hb_v3_sub(hb_v3_load(x + 3), hb_v3_load(x)));
+      }
+  }
+  double cover = 2 * least * length / (lens->pixel * lens->pixel * pixels);
+  return cover > MOST_COVER ? fmax(least * MOST_COVER / cover, fmin(THINNEST * lens->pixel, least)) : least;
 }
 
 /* Box around all nodes, and the largest radius. */
@@ -201,10 +227,10 @@ static void measure(hb_strands *s) {
 }
 
 /* Goes over all tubes: cuts them into out, or only counts the nodes where out is NULL. */
-static double walk(const hb_tube *tubes, int count, const hb_lens *lens, double thin, hb_strands *out) {
+static double walk(const hb_tube *tubes, int count, const hb_lens *lens, const cutter *how, hb_strands *out) {
   double total = 0;
   for (int i = 0; i < count; i++) {
-    cutter c = {&tubes[i], lens, i, drawn_radius(tubes[i].radius, lens), thin};
+    cutter c = {&tubes[i], lens, i, drawn_radius(tubes[i].radius, how->radius), how->thin, how->thicket};
     for (int from = 0, to = 0; next_strand(&tubes[i], &from, &to); from = to + 1) {
       if (out)
         cut(&c, from, to, out);
@@ -219,11 +245,15 @@ static double walk(const hb_tube *tubes, int count, const hb_lens *lens, double 
 hb_status hb_strands_make(const hb_tube *tubes, int count, const hb_lens *lens, hb_strands *out,
                           hb_error *err) {
   *out = (hb_strands){0};
-  double thin = 1, total = walk(tubes, count, lens, thin, NULL);
+  cutter how = {.radius = crowded_radius(tubes, count, lens), .thin = 1};
+  for (int i = 0; i < count; i++) out->radius = fmax(out->radius, drawn_radius(tubes[i].radius, how.radius));
+  how.thicket = out->radius < THICKET * least_radius(lens);
+  double total = walk(tubes, count, lens, &how, NULL);
   if (total > MOST_NODES) {
-    thin = MOST_NODES / total;
-    total = walk(tubes, count, lens, thin, NULL);
+    how.thin = MOST_NODES / total;
+    total = walk(tubes, count, lens, &how, NULL);
   }
+  out->thicket = how.thicket;
   if (total > 1e9) return hb_fail(err, HB_ERR_INPUT, "the picture has more than 1e9 vertices");
   out->look = hb_alloc((size_t)(count > 0 ? count : 0), sizeof *out->look);
   out->node = hb_alloc((size_t)total, sizeof *out->node);
@@ -233,9 +263,9 @@ hb_status hb_strands_make(const hb_tube *tubes, int count, const hb_lens *lens, 
   }
   for (int i = 0; i < count; i++) {
     choose_colors(&tubes[i], &out->look[i]);
-    out->look[i].radius = drawn_radius(tubes[i].radius, lens);
+    out->look[i].radius = drawn_radius(tubes[i].radius, how.radius);
   }
-  walk(tubes, count, lens, thin, out);
+  walk(tubes, count, lens, &how, out);
   measure(out);
   return HB_OK;
 }

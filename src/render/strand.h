@@ -25,6 +25,8 @@ typedef struct hb_strands {
   int count;
   hb_look *look;
   double radius; /* the largest */
+  bool thicket;  /* tubes so many that they are drawn thinner than a single one would be: no stripes, no halos
+                  */
   double size;   /* diagonal of the box around the nodes */
   hb_v3 lo, hi;  /* that box, without the radius */
 } hb_strands;

@@ -24,7 +24,9 @@ static double ground_sun(const view *v, double x, double y) {
   if (!(slope < -0.02)) return 1;
   double t = (v->height - hb_v3_dot(up, origin)) / slope;
   if (!(t > v->shading.lens->near) || !(t < 1e100)) return 1;
-  double sun = hb_occlusion_sun(v->shading.occlusion, hb_v3_axpy(origin, t, ray), 0);
+  hb_v3 p = hb_v3_axpy(origin, t, ray);
+  double sun = v->shading.thicket ? hb_thicket_sun(v->shading.thicket, p)
+                                  : hb_occlusion_sun(v->shading.occlusion, p, 0);
   double fade = slope < -0.12 ? 1 : (-slope - 0.02) / 0.10;
   return 1 - (1 - sun) * fade;
 }
@@ -126,16 +128,21 @@ hb_status hb_render_view(hb_image *image, int x0, int y0, int w, int h, const hb
   hb_strands strands;
   hb_pieces pieces = {0};
   hb_occlusion occlusion = {0};
+  hb_thicket thicket = {.depth = NULL};
   hb_lens_make(camera, (hb_rect){x0, y0, w, h}, &lens);
   hb_status status = hb_strands_make(tubes, count, &lens, &strands, err);
   if (status != HB_OK) return status;
   hb_tile *tile = hb_alloc(1, sizeof *tile);
   if (!tile) status = hb_fail_memory(err, "tile of a picture");
   if (status == HB_OK) status = hb_pieces_make(&strands, &lens, &pieces, err);
-  if (status == HB_OK) status = hb_occlusion_make(&strands, hb_key_light(&lens), lens.pixel, &occlusion, err);
+  if (status == HB_OK && strands.thicket)
+    status = hb_thicket_make(&strands, hb_key_light(&lens), &thicket, err);
+  else if (status == HB_OK)
+    status = hb_occlusion_make(&strands, hb_key_light(&lens), lens.pixel, &occlusion, err);
   if (status == HB_OK && strands.count > 1) {
     view v = {.image = image,
               .shading = {.lens = &lens, .strands = &strands, .pieces = &pieces, .occlusion = &occlusion}};
+    if (strands.thicket) v.shading.thicket = &thicket;
     hb_shading_make(&v.shading);
     v.ground = ground && fabs(*ground) < 1e100;
     hb_v3 up = hb_v3_add(hb_v3_scale(lens.up.x, lens.right),
@@ -145,6 +152,7 @@ hb_status hb_render_view(hb_image *image, int x0, int y0, int w, int h, const hb
       for (int tx = 0; tx < pieces.nx; tx++) draw_tile(&v, tile, tx, ty);
   }
   hb_occlusion_free(&occlusion);
+  hb_thicket_free(&thicket);
   hb_pieces_free(&pieces);
   hb_strands_free(&strands);
   hb_free(tile);

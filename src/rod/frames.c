@@ -131,13 +131,17 @@ static void spread(const hb_model *m, const hb_rod *rod, double *theta, int a, i
 static void guess_angles(const hb_model *m, const hb_rod *rod, const hb_rod_work *work, const double *u,
                          double *theta) {
   int last_known = -1, ne = rod->nv - 1;
+  double base = 0; /* angle of the last known frame without the turns that its support adds */
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
     const hb_frame_support *f = &m->frames[k];
     int j = f->slot - rod->first;
     if (deferred(f)) continue;
-    double near = last_known >= 0 ? theta[last_known] : 0;
+    double near = last_known >= 0 ? base : 0;
     for (int i = (last_known >= 0 ? last_known : j) + 1; i <= j; i++) near += m->rest_twist[rod->first + i];
     theta[j] = start_angle(f, hb_v3_load(u + 3 * j), tangent_at(work, j), near);
+    /* windings that are asked for here are not looked for again at the next director */
+    base = f->def->kind == HB_SUPPORT_DIRECTOR ? theta[j] - at_time(f->def->angle, 0)
+                                               : hb_nearest_angle(theta[j], near);
     if (last_known >= 0)
       spread(m, rod, theta, last_known, j, true);
     else

@@ -73,6 +73,11 @@ hb_status hb_twist_newton(const hb_model *model, const hb_rod *rod, hb_state *st
 /* The same without carrying: the frames are a guess at the current positions (start of a run). */
 hb_status hb_twist_relax(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
                          hb_error *err);
+/* Newton from frames that are at the current tangents already, twists with the right windings. */
+hb_status hb_twist_resume(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
+                          hb_error *err);
+/* theta^0 follows the director m1 of the first edge, against the anchor. */
+void hb_twist_first_angle(const hb_rod *rod, hb_state *state, const double m1[3], const hb_rod_work *work);
 /* Turns all frames of a rod without prescribed frames by the one of 16 angles that has the least energy. */
 void hb_twist_scan(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work);
 /* Largest |dE/dtheta^j| over free edges and the scale it is to be compared with, at the last solve's frames.

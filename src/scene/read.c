@@ -21,26 +21,36 @@ static void put_place(const hb_scene_reader *r, const hb_node *node, bool at_key
     snprintf(buffer, size, "%.300s:%d:%d: %s%s", r->name, line, column, path, colon);
 }
 
+/* " (copy 37 of 100)" behind a sentence that is about one copy of a rod. What is wrong with the first copy is
+ * wrong with the entry, if nothing else is known. */
+static const char *put_copy(const hb_scene_reader *r, bool of_this, char buffer[64]) {
+  buffer[0] = 0;
+  if (r->copies && (of_this || r->copy > 0)) snprintf(buffer, 64, " (copy %d of %d)", r->copy, r->copies);
+  return buffer;
+}
+
 /* Fails at the value. */
 hb_status hb_scene_fail(const hb_scene_reader *r, const hb_node *node, const char *format, ...) {
   char place[700], sentence[700];
   va_list args;
+  char copy[64];
   put_place(r, node, false, place, sizeof place);
   va_start(args, format);
   vsnprintf(sentence, sizeof sentence, format, args);
   va_end(args);
-  return hb_fail(r->err, HB_ERR_INPUT, "%s%s", place, sentence);
+  return hb_fail(r->err, HB_ERR_INPUT, "%s%s%s", place, sentence, put_copy(r, false, copy));
 }
 
 /* Fails at the key. */
 hb_status hb_scene_fail_key(const hb_scene_reader *r, const hb_node *node, const char *format, ...) {
   char place[700], sentence[700];
   va_list args;
+  char copy[64];
   put_place(r, node, true, place, sizeof place);
   va_start(args, format);
   vsnprintf(sentence, sizeof sentence, format, args);
   va_end(args);
-  return hb_fail(r->err, HB_ERR_INPUT, "%s%s", place, sentence);
+  return hb_fail(r->err, HB_ERR_INPUT, "%s%s%s", place, sentence, put_copy(r, false, copy));
 }
 
 /* A value for a message: short, on one line. */
@@ -138,9 +148,9 @@ hb_status hb_scene_list(const hb_scene_reader *r, const hb_node *node, int count
 /* Only known keys. */
 hb_status hb_scene_check_keys(const hb_scene_reader *r, const hb_node *node, const char *const *keys) {
   char list[400];
-  join(keys, list, sizeof list);
   if (node->kind != HB_NODE_MAP) {
     char what[460];
+    join(keys, list, sizeof list);
     snprintf(what, sizeof what, "a mapping with the keys %s", list);
     return hb_scene_expected(r, node, what);
   }
@@ -154,6 +164,7 @@ hb_status hb_scene_check_keys(const hb_scene_reader *r, const hb_node *node, con
                                "unknown key; a formula with a comma must stand in quotes inside { }");
     const char *near = hb_scene_nearest(child->key, keys);
     if (near) return hb_scene_fail_key(r, child, "unknown key; the nearest known key here is \"%s\"", near);
+    join(keys, list, sizeof list);
     return hb_scene_fail_key(r, child, "unknown key; the known keys here are %s", list);
   }
   return HB_OK;
@@ -182,12 +193,13 @@ static bool keeps(double value, hb_scene_rule rule) {
 /* Complains about a formula's value; where names the place on the rod or is "". */
 static hb_status fail_value(const hb_scene_reader *r, const hb_node *node, double value, const char *where,
                             const char *what) {
-  char *end, buffer[72];
+  char *end, buffer[72], copy[64];
   strtod(node->text, &end);
   if (!*end && !where[0]) return hb_scene_expected(r, node, what);
   if (isnan(value)) value = fabs(value); /* its sign is not the same everywhere */
-  return hb_scene_fail(r, node, "\"%s\" gives %g%s, which is not allowed; %s is expected",
-                       shown(node->text, buffer), value, where, what);
+  return hb_scene_fail(r, node, "\"%s\" gives %g%s, which is not allowed; %s is expected%s",
+                       shown(node->text, buffer), value, where, what,
+                       r->copy == 0 ? put_copy(r, true, copy) : "");
 }
 
 /* A compiled formula. */
@@ -198,8 +210,8 @@ hb_status hb_scene_formula(const hb_scene_reader *r, const hb_node *node, unsign
   *out = NULL;
   if (node->kind != HB_NODE_SCALAR || !node->text[0])
     return hb_scene_expected(r, node, "a number or formula");
-  const hb_parameter *parameters = r->def->parameters;
-  hb_status status = hb_formula_parse(node->text, allowed, parameters, r->def->parameter_count, out, &inner);
+  int parameters = r->def->parameter_count + (r->copies ? HB_SCENE_COPY_NAMES : 0);
+  hb_status status = hb_formula_parse(node->text, allowed, r->def->parameters, parameters, out, &inner);
   if (status == HB_ERR_INPUT)
     return hb_scene_fail(r, node, "not a number or formula that is allowed here: %s", inner.text);
   if (status != HB_OK) return hb_scene_pass(r, node, &inner);
@@ -339,14 +351,13 @@ hb_status hb_scene_along(const hb_scene_reader *r, const hb_node *node, const hb
   if (status != HB_OK) return status;
   bool constant = hb_formula_is_constant(formula);
   for (int k = 0; status == HB_OK && k < arc->nv - on_edges; k++) {
-    char where[40] = "";
-    hb_scene_vars(arc, on_edges, k, vars);
+    if (!constant || k == 0) hb_scene_vars(arc, on_edges, k, vars);
     double value = constant && k > 0 ? out[0] : hb_formula_eval(formula, vars);
+    out[(size_t)k * (size_t)stride] = value;
+    if (keeps(value, rule)) continue;
+    char where[40] = "";
     if (!constant) snprintf(where, sizeof where, " at %s %d", on_edges ? "edge" : "vertex", k);
-    if (keeps(value, rule))
-      out[(size_t)k * (size_t)stride] = value;
-    else
-      status = fail_value(r, node, value, where, rule_words(rule));
+    status = fail_value(r, node, value, where, rule_words(rule));
   }
   hb_formula_free(formula);
   return status;
@@ -364,11 +375,10 @@ hb_status hb_scene_along_vector(const hb_scene_reader *r, const hb_node *node, c
     for (int c = 0; status == HB_OK && c < 3; c++) {
       char where[40];
       double value = hb_formula_eval(formulas[c], vars);
+      out[3 * k + c] = value;
+      if (isfinite(value)) continue;
       snprintf(where, sizeof where, " at vertex %d", k);
-      if (isfinite(value))
-        out[3 * k + c] = value;
-      else
-        status = fail_value(r, node->children[c], value, where, "a finite number");
+      status = fail_value(r, node->children[c], value, where, "a finite number");
     }
   }
   for (int c = 0; c < 3; c++) hb_formula_free(formulas[c]);

@@ -6,6 +6,17 @@
 #include "hebra/scene.h"
 #include "scene/tree.h"
 
+/* One entry of the list of rods and what became of it. */
+typedef struct hb_scene_entry {
+  char name[64]; /* of the rod, or of all its copies */
+  int first;     /* index of its (first) rod in the definition */
+  int count;     /* rods made of it */
+  bool copied;   /* the key "copies" is given: rods are called name-0, name-1, ... */
+} hb_scene_entry;
+
+/* Behind the scene's parameters the definition has room for the numbers of a copy, `k` and `K`. */
+#define HB_SCENE_COPY_NAMES 2
+
 /* What every reading function needs. */
 typedef struct hb_scene_reader {
   const char *name;     /* of the file, for messages */
@@ -13,7 +24,12 @@ typedef struct hb_scene_reader {
   hb_scene_limits limits;
   hb_scene_def *def;
   hb_error *err;
-  long vertices; /* made so far */
+  long vertices;           /* made so far */
+  hb_scene_entry *entries; /* of the list of rods */
+  int entry_count;
+  int *names;        /* hash table of their names: 1 + index of the entry, 0: free */
+  size_t name_slots; /* its size, a power of 2 */
+  int copy, copies;  /* number of the copy that is being read, of how many; copies 0: not one of several */
 } hb_scene_reader;
 
 /* Which numbers are allowed. */
@@ -87,14 +103,24 @@ void hb_scene_arc_lengths(const double *xyz, int count, double *s);
 /* ---- sections
  * ---------------------------------------------------------------------------------------------------- */
 /* A curve with its changes. base (NULL: none) stands in where no generator is given and gives the number of
- * vertices. *xyz is allocated. */
+ * vertices. halves: where a curve is divided, its first, its last edge gets half the length of the others.
+ * *xyz is allocated. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
-                              double **xyz, int *count);
+                              const bool halves[2], double **xyz, int *count);
 /* B, beta and mass of a rod. */
 hb_status hb_scene_read_moduli(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
                                hb_rod_def *rod);
+/* Does this value of start or end (NULL: none) clamp the rod at its end vertex? */
+bool hb_scene_has_wall(const hb_node *node);
 /* start, end and supports of a rod. */
 hb_status hb_scene_read_supports(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod);
+/* One rod of an entry with the shapes and numbers of copy r->copy; the keys have been checked, rod->name is
+ * set by the caller. */
+hb_status hb_scene_read_rod(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod);
+/* Rods *first .. *first + *count - 1 of a name: a single rod, one copy ("hair-37"), or all copies of an entry
+ * ("hair"). False if there is none. The rods must have been read. */
+bool hb_scene_find_rods(const hb_scene_reader *r, const char *name, int *first, int *count);
+/* All rods, copies counted. */
 hb_status hb_scene_read_rods(hb_scene_reader *r, const hb_node *node);
 /* gravity and forces; the rods must have been read. */
 hb_status hb_scene_read_forces(hb_scene_reader *r, const hb_node *root);

@@ -12,7 +12,9 @@
 typedef struct polyline {
   double *xyz;
   int count;
-  int wanted; /* vertices when the generator does not say; 0: it must */
+  int wanted;         /* vertices when the generator does not say; 0: it must */
+  const bool *halves; /* first, last edge half as long as the others; may be NULL */
+  int fine;           /* vertices of the division into halves that xyz holds; 0: none */
 } polyline;
 
 /* One generator: reads its node and fills xyz and count. */
@@ -32,6 +34,30 @@ static hb_status make_room(hb_scene_reader *r, const hb_node *node, int count, p
   return line->xyz ? HB_OK : hb_fail_memory(r->err, "vertices");
 }
 
+/* With half edges at an end a curve is divided into edges half as long first: room for that. */
+static hb_status refine(hb_scene_reader *r, polyline *line) {
+  if (!line->halves || !(line->halves[0] || line->halves[1])) return HB_OK;
+  hb_free(line->xyz);
+  line->fine = 2 * (line->count - 1) - line->halves[0] - line->halves[1] + 1;
+  line->xyz = hb_alloc(3 * (size_t)line->fine, sizeof *line->xyz);
+  line->count = line->fine;
+  return line->xyz ? HB_OK : hb_fail_memory(r->err, "vertices");
+}
+
+/* Leaves every second vertex of that, and both ends. */
+static void thin_out(polyline *line) {
+  if (!line->fine) return;
+  int count = 0;
+  for (int i = 0; i < line->fine; i++) {
+    bool kept = i == 0 || i == line->fine - 1 || i % 2 == (line->halves[0] ? 1 : 0);
+    if (!kept) continue;
+    for (int c = 0; c < 3; c++) line->xyz[3 * count + c] = line->xyz[3 * i + c];
+    count++;
+  }
+  line->count = count;
+  line->fine = 0;
+}
+
 /* Reads `vertices: n` of a generator and allocates. */
 static hb_status take_count(hb_scene_reader *r, const hb_node *node, polyline *line) {
   const hb_node *vertices = hb_node_find(node, "vertices");
@@ -45,7 +71,8 @@ static hb_status take_count(hb_scene_reader *r, const hb_node *node, polyline *l
         r, vertices,
         "%d vertices are not allowed; the rest shape has %d, and the initial shape must have as many", count,
         line->wanted);
-  return make_room(r, vertices ? vertices : node, count, line);
+  status = make_room(r, vertices ? vertices : node, count, line);
+  return status ? status : refine(r, line);
 }
 
 /* Passes on a generator's sentence. */
@@ -271,16 +298,18 @@ static hb_status resample(hb_scene_reader *r, const hb_node *node, polyline *lin
     hb_status status = hb_scene_whole(r, node, 3, r->limits.vertices, &count);
     if (status) return status;
   }
-  polyline even = {0};
+  polyline even = {.halves = line->halves};
   hb_status status = make_room(r, node, count, &even);
+  if (!status) status = refine(r, &even);
   if (!status) {
-    status = hb_curve_resample(line->xyz, line->count, count, even.xyz, &inner);
+    status = hb_curve_resample(line->xyz, line->count, even.count, even.xyz, &inner);
     status = finish(r, node, status, &inner);
   }
   if (status) {
     hb_free(even.xyz);
     return status;
   }
+  thin_out(&even);
   hb_free(line->xyz);
   line->xyz = even.xyz;
   line->count = even.count;
@@ -400,7 +429,11 @@ static hb_status generate(hb_scene_reader *r, const hb_node *node, const double 
     used = child;
     chosen = g;
   }
-  if (used) return chosen->make(r, used, line);
+  if (used) {
+    hb_status status = chosen->make(r, used, line);
+    if (!status) thin_out(line);
+    return status;
+  }
   if (!base)
     return hb_scene_fail_key(
         r, node,
@@ -426,11 +459,11 @@ static hb_status change(hb_scene_reader *r, const hb_node *node, polyline *line)
 
 /* Reads a curve. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
-                              double **xyz, int *count) {
+                              const bool halves[2], double **xyz, int *count) {
   static const char *const keys[] = {"line",   "arc",     "ring",     "helix",   "catenary", "spline",
                                      "knot",   "formula", "vertices", "file",    "resample", "scale",
                                      "rotate", "move",    "displace", "perturb", NULL};
-  polyline line = {.wanted = base_count};
+  polyline line = {.wanted = base_count, .halves = halves};
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = generate(r, node, base, &line);
   if (!status) status = change(r, node, &line);

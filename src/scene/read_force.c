@@ -21,29 +21,26 @@ static hb_status add(hb_scene_reader *r, const hb_node *node, hb_force_kind kind
   return HB_OK;
 }
 
-/* The rod of a name that is nearest to text, for the message. */
+/* The rod, or the entry with copies, of a name that is nearest to text, for the message. */
 static const char *nearest_rod(const hb_scene_reader *r, const char *text) {
   const char *best = NULL;
-  for (int k = 0; k < r->def->rod_count; k++) {
-    const char *const pair[] = {r->def->rods[k].name, best ? best : r->def->rods[k].name, NULL};
+  for (int k = 0; k < r->entry_count; k++) {
+    const char *const pair[] = {r->entries[k].name, best ? best : r->entries[k].name, NULL};
     const char *near = hb_scene_nearest(text, pair);
     if (near) best = near;
   }
   return best;
 }
 
-/* rod: name | index | all */
-static hb_status read_rod(hb_scene_reader *r, const hb_node *node, int *rod) {
+/* rod: name | index | all; the name of an entry with copies means all of them */
+static hb_status read_rod(hb_scene_reader *r, const hb_node *node, int *rod, int *rods) {
   *rod = -1;
+  *rods = 0;
   if (!node) return HB_OK;
   if (node->kind != HB_NODE_SCALAR || !node->text[0])
     return hb_scene_expected(r, node, "the name of a rod, its index, or all");
   if (!strcmp(node->text, "all")) return HB_OK;
-  for (int k = 0; k < r->def->rod_count; k++)
-    if (!strcmp(node->text, r->def->rods[k].name)) {
-      *rod = k;
-      return HB_OK;
-    }
+  if (hb_scene_find_rods(r, node->text, rod, rods)) return HB_OK;
   if (strspn(node->text, "0123456789") == strlen(node->text))
     return hb_scene_whole(r, node, 0, r->def->rod_count - 1, rod);
   const char *near = nearest_rod(r, node->text);
@@ -80,12 +77,12 @@ static hb_status read_drag(hb_scene_reader *r, const hb_node *node, double per_r
   return status;
 }
 
-/* wind: {velocity, linear, quadratic | drag}. Drag depends on the radius, so each rod gets a load of its own.
- */
-static hb_status read_wind(hb_scene_reader *r, const hb_node *node, int rod) {
+/* wind: {velocity, linear, quadratic | drag}. */
+static hb_status read_wind(hb_scene_reader *r, const hb_node *node, int rod, int rods) {
   static const char *const keys[] = {"velocity", "linear", "quadratic", "drag", NULL};
   const hb_node *velocity, *drag = hb_node_find(node, "drag"), *quadratic = hb_node_find(node, "quadratic");
   double linear[2] = {0, 0}, square[2] = {0, 0}, per_radius[2] = {0, 0};
+  hb_force_def *f;
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status)
     status = hb_scene_need(r, node, "velocity", "a list [x, y, z] of three numbers or formulas", &velocity);
@@ -97,19 +94,16 @@ static hb_status read_wind(hb_scene_reader *r, const hb_node *node, int rod) {
   if (!status) status = read_pair(r, hb_node_find(node, "linear"), linear);
   if (!status) status = read_pair(r, quadratic, square);
   if (!status && drag) status = read_drag(r, drag, per_radius);
-  int first = drag && rod < 0 ? 0 : rod, last = drag && rod < 0 ? r->def->rod_count - 1 : rod;
-  for (int k = first; !status && k <= last; k++) {
-    hb_force_def *f;
-    status = add(r, node, HB_FORCE_WIND, &f);
-    if (status) break;
-    f->rod = k;
-    for (int c = 0; c < 2; c++) {
-      f->linear[c] = linear[c];
-      f->quadratic[c] = square[c] + (drag ? per_radius[c] * r->def->rods[k].radius : 0);
-    }
-    status = hb_scene_formulas(r, velocity, HB_VARS_ALL, f->value);
+  if (!status) status = add(r, node, HB_FORCE_WIND, &f);
+  if (status) return status;
+  f->rod = rod;
+  f->rods = rods;
+  for (int c = 0; c < 2; c++) {
+    f->linear[c] = linear[c];
+    f->quadratic[c] = square[c];
+    f->per_radius[c] = per_radius[c];
   }
-  return status;
+  return hb_scene_formulas(r, velocity, HB_VARS_ALL, f->value);
 }
 
 /* The one kind of a load. */
@@ -141,11 +135,14 @@ static hb_status find_kind(hb_scene_reader *r, const hb_node *node, hb_force_kin
       r, node, "no force is given; one of gravity, point, distributed, per_vertex, wind is expected");
 }
 
-/* Vertex of a point load: on the one rod, or on every rod. */
-static hb_status read_vertex(hb_scene_reader *r, const hb_node *node, int rod, int *vertex) {
+/* Vertex of a point load: on every rod where it acts. */
+static hb_status read_vertex(hb_scene_reader *r, const hb_node *node, int rod, int rods, int *vertex) {
+  const hb_force_def at = {.rod = rod, .rods = rods};
   int least = 0;
+  if (!node) return HB_OK;
   for (int k = 0; k < r->def->rod_count; k++)
-    if ((rod < 0 || rod == k) && (least == 0 || r->def->rods[k].nv < least)) least = r->def->rods[k].nv;
+    if (hb_force_def_acts_on(&at, k) && (least == 0 || r->def->rods[k].nv < least))
+      least = r->def->rods[k].nv;
   return hb_scene_whole(r, node, -least, least - 1, vertex);
 }
 
@@ -156,25 +153,26 @@ static hb_status read_force(hb_scene_reader *r, const hb_node *node) {
   const hb_node *value, *vertex = hb_node_find(node, "vertex"), *turning = hb_node_find(node, "follower");
   hb_force_kind kind = HB_FORCE_GRAVITY;
   hb_force_def *f;
-  int rod = -1, index = 0;
+  int rod = -1, rods = 0, index = 0;
   bool follower = false;
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = find_kind(r, node, &kind, &value);
-  if (!status) status = read_rod(r, hb_node_find(node, "rod"), &rod);
+  if (!status) status = read_rod(r, hb_node_find(node, "rod"), &rod, &rods);
   if (!status && vertex && kind != HB_FORCE_POINT)
     status = hb_scene_fail_key(r, vertex, "belongs to a point force, not to %s", value->key);
   if (!status && !vertex && kind == HB_FORCE_POINT)
     status = hb_scene_need(r, node, "vertex", "the index of a vertex, from 0 (-1 is the last),", &vertex);
-  if (!status) status = read_vertex(r, vertex, rod, &index);
+  if (!status) status = read_vertex(r, vertex, rod, rods, &index);
   if (!status && turning && (kind == HB_FORCE_GRAVITY || kind == HB_FORCE_WIND))
     status = hb_scene_fail_key(r, turning, "belongs to point, distributed and per_vertex forces, not to %s",
                                value->key);
   if (!status) status = hb_scene_flag(r, turning, &follower);
   if (status) return status;
-  if (kind == HB_FORCE_WIND) return read_wind(r, value, rod);
+  if (kind == HB_FORCE_WIND) return read_wind(r, value, rod, rods);
   status = add(r, node, kind, &f);
   if (status) return status;
   f->rod = rod;
+  f->rods = rods;
   f->vertex = index;
   f->follower = follower;
   return hb_scene_formulas(r, value, HB_VARS_ALL, f->value);

@@ -8,58 +8,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const rod_keys[] = {"name",
-                                       "rest",
-                                       "initial",
-                                       "velocity",
-                                       "straight_rest",
-                                       "lengths",
-                                       "bending",
-                                       "twisting",
-                                       "section",
-                                       "E",
-                                       "nu",
-                                       "G",
-                                       "density",
-                                       "vertex_mass",
-                                       "linear_density",
-                                       "natural_twist",
-                                       "rest_director",
-                                       "rest_directors",
-                                       "natural_curvature",
-                                       "director",
-                                       "damping",
-                                       "radius",
-                                       "start",
-                                       "end",
-                                       "supports",
-                                       NULL};
-
-/* name: a word that can stand in a path and in a file */
-static hb_status read_name(hb_scene_reader *r, const hb_node *node, int index, hb_rod_def *rod) {
-  char name[32];
-  const hb_node *given = hb_node_find(node, "name");
-  if (!given) {
-    snprintf(name, sizeof name, "rod%d", index);
-    rod->name = hb_strdup(name);
-    return rod->name ? HB_OK : hb_fail_memory(r->err, "name");
-  }
-  hb_status status = hb_scene_text(r, given, &rod->name);
-  if (status) return status;
-  size_t n = strlen(rod->name);
-  bool letters = strspn(rod->name, "0123456789-") < n; /* a bare number would look like an index */
-  if (n > 60 || !letters ||
-      strspn(rod->name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") != n ||
-      !strcmp(rod->name, "all"))
-    return hb_scene_expected(r, given,
-                             "a name of letters, digits, _ and - (at most 60, not only digits, not \"all\")");
-  for (int k = 0; k < index; k++)
-    if (!strcmp(r->def->rods[k].name, rod->name))
-      return hb_scene_fail(r, given, "the name \"%s\" is that of rods[%d] already; every rod needs its own",
-                           rod->name, k);
-  return HB_OK;
-}
-
 /* Copies an array of 3 n doubles. */
 static hb_status copy_shape(const hb_scene_reader *r, const double *from, int n, double **to) {
   *to = hb_alloc(3 * (size_t)n, sizeof **to);
@@ -71,12 +19,15 @@ static hb_status copy_shape(const hb_scene_reader *r, const double *from, int n,
 /* rest and initial; either may be missing and is then like the other. */
 static hb_status read_shapes(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
   const hb_node *rest = hb_node_find(node, "rest"), *initial = hb_node_find(node, "initial");
+  const bool halves[2] = {hb_scene_has_wall(hb_node_find(node, "start")),
+                          hb_scene_has_wall(hb_node_find(node, "end"))};
   int count = 0;
   if (!rest && !initial)
     return hb_scene_fail_key(r, node, "the shape is missing; \"rest\", \"initial\" or both are expected");
   hb_status status = HB_OK;
-  if (rest) status = hb_scene_read_curve(r, rest, NULL, 0, &rod->rest, &rod->nv);
-  if (!status && initial) status = hb_scene_read_curve(r, initial, rod->rest, rod->nv, &rod->initial, &count);
+  if (rest) status = hb_scene_read_curve(r, rest, NULL, 0, halves, &rod->rest, &rod->nv);
+  if (!status && initial)
+    status = hb_scene_read_curve(r, initial, rod->rest, rod->nv, halves, &rod->initial, &count);
   if (!status && !rest) {
     rod->nv = count;
     status = copy_shape(r, rod->initial, count, &rod->rest);
@@ -270,29 +221,12 @@ static hb_status read_along(hb_scene_reader *r, const hb_node *node, hb_rod_def 
   return status;
 }
 
-/* One entry of rods. */
-static hb_status read_rod(hb_scene_reader *r, const hb_node *node, int index, hb_rod_def *rod) {
+/* One rod, or one copy of it. */
+hb_status hb_scene_read_rod(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
   hb_scene_place(node, &rod->line, &rod->column);
-  hb_status status = hb_scene_check_keys(r, node, rod_keys);
-  if (!status) status = read_name(r, node, index, rod);
-  if (!status) status = read_shapes(r, node, rod);
+  hb_status status = read_shapes(r, node, rod);
   if (!status) status = read_flags(r, node, rod);
   if (!status) status = read_along(r, node, rod);
   if (!status) status = hb_scene_read_supports(r, node, rod);
-  return status;
-}
-
-/* rods */
-hb_status hb_scene_read_rods(hb_scene_reader *r, const hb_node *node) {
-  if (node->kind != HB_NODE_LIST) return hb_scene_expected(r, node, "a list of rods, each beginning with -");
-  if (node->count == 0) return hb_scene_fail(r, node, "the list is empty; at least one rod is expected");
-  r->def->rods = hb_alloc((size_t)node->count, sizeof *r->def->rods);
-  if (!r->def->rods) return hb_fail_memory(r->err, "rods");
-  hb_status status = HB_OK;
-  for (int k = 0; !status && k < node->count; k++) {
-    hb_rod_def_init(&r->def->rods[k]);
-    r->def->rod_count = k + 1;
-    status = read_rod(r, node->children[k], k, &r->def->rods[k]);
-  }
   return status;
 }

@@ -26,11 +26,12 @@ static hb_status find_reserved(const char *name, bool *reserved, hb_error *err) 
 /* parameters: {name: formula of the earlier ones} */
 static hb_status read_parameters(hb_scene_reader *r, const hb_node *node) {
   static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
-  if (!node) return HB_OK;
-  if (node->kind != HB_NODE_MAP)
+  if (node && node->kind != HB_NODE_MAP)
     return hb_scene_expected(r, node, "a mapping of names to numbers or formulas");
-  r->def->parameters = hb_alloc((size_t)node->count, sizeof *r->def->parameters);
+  size_t count = (node ? (size_t)node->count : 0) + HB_SCENE_COPY_NAMES;
+  r->def->parameters = hb_alloc(count, sizeof *r->def->parameters);
   if (!r->def->parameters) return hb_fail_memory(r->err, "parameters");
+  if (!node) return HB_OK;
   for (int k = 0; k < node->count; k++) {
     const hb_node *child = node->children[k];
     size_t n = strlen(child->key);
@@ -71,11 +72,12 @@ static hb_status read_tolerance(hb_scene_reader *r, const hb_node *node, hb_meth
 static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   static const char *const keys[] = {
       "integrator",           "time_step", "duration", "length_tolerance", "max_projections",
-      "max_twist_iterations", NULL};
+      "max_twist_iterations", "precision", NULL};
+  static const char *const precisions[] = {"double", "single", NULL};
   static const char *const integrators[] = {"symplectic-euler", "verlet", NULL};
   hb_method_def *m = &r->def->method;
   const hb_node *step, *duration;
-  int choice = 1;
+  int choice = 1, precision = 0;
   hb_scene_place(node, &m->line, &m->column);
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = hb_scene_choice(r, hb_node_find(node, "integrator"), integrators, &choice);
@@ -83,6 +85,9 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   if (!status) status = hb_scene_number(r, step, HB_RULE_POSITIVE, &m->time_step);
   if (!status) status = hb_scene_need(r, node, "duration", "a number or formula >= 0", &duration);
   if (!status) status = hb_scene_number(r, duration, HB_RULE_NOT_NEGATIVE, &m->duration);
+  if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
+  m->precision = precision == 1 ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
+  if (m->precision == HB_PRECISION_SINGLE) m->length_tolerance = 1e-5;
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
   if (!status)
     status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
@@ -150,6 +155,8 @@ hb_status hb_scene_parse_limited(const char *text, size_t length, const hb_scene
   if (!status) status = read_root(&r, root);
   if (!status) status = keep_source(&r, root, text, length, override_count > 0);
   hb_node_free(root);
+  hb_free(r.entries);
+  hb_free(r.names);
   if (status) hb_scene_def_free(r.def);
   return status;
 }

@@ -7,8 +7,8 @@
 
 /* Where the supports of one mapping act. */
 typedef struct site {
-  int vertex, edge; /* negative: from the end */
-  bool has_edge;
+  int vertex, edge;        /* negative: from the end */
+  bool has_edge, has_wall; /* has_wall: a clamp sits at the vertex, else at the middle of the edge */
   bool base_is_end;
 } site;
 
@@ -96,12 +96,27 @@ static hb_status read_frame(hb_scene_reader *r, const hb_node *node, const site 
   return status;
 }
 
+/* What a site's clamp says. */
+enum { NO_CLAMP, CLAMP, CLAMPED_EDGE };
+
+/* clamp: false | true | edge */
+static hb_status read_clamp(hb_scene_reader *r, const hb_node *node, int *clamp) {
+  static const char *const words[] = {"false", "true", "edge", NULL};
+  return hb_scene_choice(r, hb_node_find(node, "clamp"), words, clamp);
+}
+
+/* Only the words matter here; what is wrong with them is said when the supports are read. */
+bool hb_scene_has_wall(const hb_node *node) {
+  return node && node->kind == HB_NODE_MAP && is_word(hb_node_find(node, "clamp"), "true") &&
+         !is_word(hb_node_find(node, "tangent"), "free") && !is_word(hb_node_find(node, "position"), "free");
+}
+
 /* All supports of one mapping whose keys have been checked. */
 static hb_status read_site(hb_scene_reader *r, const hb_node *node, const site *at, hb_rod_def *rod) {
   const hb_node *position = hb_node_find(node, "position"), *tangent = hb_node_find(node, "tangent");
-  bool clamp = false;
+  int clamp = NO_CLAMP;
   hb_support_def *s = NULL;
-  hb_status status = hb_scene_flag(r, hb_node_find(node, "clamp"), &clamp);
+  hb_status status = read_clamp(r, node, &clamp);
   bool base = clamp || (position && !is_word(position, "free"));
   if (!status && tangent && !is_word(tangent, "free") && (!base || is_word(position, "free")))
     status = hb_scene_fail_key(r, tangent, "a prescribed tangent needs a prescribed position beside it");
@@ -124,7 +139,10 @@ static hb_status read_site(hb_scene_reader *r, const hb_node *node, const site *
       s->base_is_end = at->base_is_end;
     }
   }
-  if (!status && at->has_edge) status = read_frame(r, node, at, clamp, rod);
+  for (int k = 0; !status && at->has_wall && clamp == CLAMP && k < rod->support_count; k++)
+    if (rod->supports[k].kind == HB_SUPPORT_TANGENT && rod->supports[k].index == at->edge)
+      rod->supports[k].wall = true;
+  if (!status && at->has_edge) status = read_frame(r, node, at, clamp != NO_CLAMP, rod);
   return status;
 }
 
@@ -164,8 +182,8 @@ hb_status hb_scene_read_supports(hb_scene_reader *r, const hb_node *node, hb_rod
                                      "material_frame", "material_turn", "clamp",    NULL};
   const hb_node *start = hb_node_find(node, "start"), *end = hb_node_find(node, "end");
   const hb_node *list = hb_node_find(node, "supports");
-  const site first = {.vertex = 0, .edge = 0, .has_edge = true};
-  const site last = {.vertex = -1, .edge = -1, .has_edge = true, .base_is_end = true};
+  const site first = {.vertex = 0, .edge = 0, .has_edge = true, .has_wall = true};
+  const site last = {.vertex = -1, .edge = -1, .has_edge = true, .has_wall = true, .base_is_end = true};
   hb_status status = start ? hb_scene_check_keys(r, start, keys) : HB_OK;
   if (!status && start) status = read_site(r, start, &first, rod);
   if (!status && end) status = hb_scene_check_keys(r, end, keys);

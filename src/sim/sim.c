@@ -25,17 +25,14 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
   hb_sim *sim = hb_alloc(1, sizeof *sim);
   if (!sim) return hb_fail_memory(err, "simulation");
   sim->model = model;
+  sim->lane_owner = &sim->stepper;
   hb_status status = find_integrator(sim, err);
   if (!status) status = hb_state_create(model, &sim->state, err);
   if (!status) status = hb_stepper_init(&sim->stepper, model, sim->state, hb_force_terms, err);
-  if (!status) {
-    sim->acceleration = hb_alloc(3 * (size_t)model->nv, sizeof *sim->acceleration);
-    sim->lambda = hb_alloc((size_t)model->nv, sizeof *sim->lambda);
-    if (!sim->acceleration || !sim->lambda) status = hb_fail_memory(err, "simulation");
-  }
+  if (!status)
+    status = hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work, err);
   if (!status) status = hb_sim_start(sim, err);
   if (!status) status = hb_stepper_use_lanes(&sim->stepper, err);
-  sim->lane_owner = &sim->stepper;
   if (status) {
     hb_sim_free(sim);
     return status;
@@ -49,8 +46,7 @@ void hb_sim_free(hb_sim *sim) {
   if (!sim) return;
   hb_stepper_release(&sim->stepper);
   hb_state_free(sim->state);
-  hb_free(sim->acceleration);
-  hb_free(sim->lambda);
+  hb_measure_release(&sim->measure);
   hb_free(sim);
 }
 

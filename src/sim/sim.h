@@ -5,14 +5,26 @@
 #include "hebra/sim.h"
 #include "time/stepper.h"
 
+/* Measures states with borrowed workspaces. */
+struct hb_measure {
+  const hb_model *model;
+  const hb_state *state; /* the one that is being measured */
+  hb_rod_work *rod_work;
+  hb_project_work *project_work;
+  double *acceleration; /* 3 per slot: of prescribed coordinates */
+  double *lambda;       /* per slot: multipliers at the instant */
+};
+hb_status hb_measure_init(hb_measure *probe, const hb_model *model, hb_rod_work *rod_work,
+                          hb_project_work *project_work, hb_error *err);
+void hb_measure_release(hb_measure *probe); /* of an initialised or zeroed one */
+
 struct hb_sim {
   const hb_model *model;
   hb_state *state;
   const hb_integrator *integrator;
   hb_stepper stepper;
   hb_stepper *lane_owner; /* the stepper once more, for bringing the state up to date on reading */
-  double *acceleration;   /* 3 per slot: of prescribed coordinates, for measuring */
-  double *lambda;         /* per slot: multipliers at an instant, for measuring */
+  hb_measure measure;     /* works in the stepper's workspaces */
   double initial_correction;
   int time_every; /* time every n-th step; 0: never */
   long steps_timed, steps_taken;

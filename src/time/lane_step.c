@@ -1,10 +1,15 @@
 #include "time/lane_step.h"
 
+#include <float.h>
 #include <string.h>
 
 #define AT(name) offsetof(hb_strip, name)
 /* As in solve/project.c: along fixed directions lengths may have no solution. */
 #define FIXED_ITERATIONS 16
+/* Twist that has not settled by then, or wants to turn further than this at once, is led by the rod's own
+ * functions, which search. */
+#define TWIST_ITERATIONS 12
+#define LONG_TURN 0.3
 
 /* One unit under way. */
 typedef struct journey {
@@ -15,11 +20,78 @@ typedef struct journey {
   bool along; /* lengths along the edges at the start of the step, velocities projected (second order) */
 } journey;
 
+/* One pass over all strips of a unit, whose strips may be passed over at the same time. */
+typedef enum pass {
+  ADVANCE,
+  ELIMINATE,
+  SPREAD,
+  RATES,
+  SPREAD_RATES,
+  TRANSPORT,
+  ELASTIC,
+  CARRY,
+  FIRST_LOOK,
+  LOOK,
+  SOLVE_TURNS,
+  TURN,
+  GENERAL,
+  SUM_UP
+} pass;
+
 /* How an attempt went. */
 typedef enum outcome { REGULAR, IRREGULAR } outcome;
 
 /* Lanes that count: idle ones repeat the first rod. */
 static int busy_lanes(const hb_unit *u) { return u->pieces ? u->strips->lanes : u->rod_count; }
+
+/* May lengths be off by so much that 1/|e| needs a root? (docs/theory, 10.4) */
+static bool coarse_lengths(const journey *j) {
+  const hb_method_def *method = &j->s->model->def->method;
+  return method->length_tolerance_kind != HB_TOLERANCE_RELATIVE ||
+         method->length_tolerance > (j->k->single ? 1e-4 : 5e-9);
+}
+
+/* One pass over one strip. */
+static void do_pass(const journey *j, hb_strip *s, pass which) {
+  double half = 0.5 * j->h;
+  switch (which) {
+  case ADVANCE: j->k->advance(s, j->along ? half : j->h, j->h, j->along); break;
+  case ELIMINATE: j->k->eliminate(s, j->along); break;
+  case SPREAD: j->k->spread(s, j->along, 1 / j->h); break;
+  case RATES: j->k->eliminate_rates(s, half, 1 / j->h); break;
+  case SPREAD_RATES: j->k->spread_rates(s); break;
+  case TRANSPORT: j->k->transport(s, coarse_lengths(j)); break;
+  case ELASTIC: j->k->elastic(s, coarse_lengths(j)); break;
+  case CARRY: j->k->carry(s, coarse_lengths(j)); break;
+  case FIRST_LOOK: j->k->look(s, true); break;
+  case LOOK: j->k->look(s, false); break;
+  case SOLVE_TURNS: j->k->solve_turns(s); break;
+  case TURN: j->k->turn(s); break;
+  case GENERAL: j->k->general(s); break;
+  case SUM_UP: j->k->sum_up(s); break;
+  }
+}
+
+/* A pass as the pool wants it. */
+typedef struct pass_task {
+  const journey *j;
+  pass which;
+} pass_task;
+
+/* One strip of it. */
+static void pass_strip(void *context, int index, int worker) {
+  const pass_task *task = context;
+  (void)worker;
+  do_pass(task->j, &task->j->u->strips[index], task->which);
+}
+
+/* One pass over all strips; by all threads where the unit has many and the threads have nothing else to do.
+ */
+static void all_strips(const journey *j, pass which) {
+  pass_task task = {j, which};
+  hb_pool_run(j->u->strip_count >= HB_SHARED_STRIPS ? j->s->pool : NULL, j->u->strip_count, pass_strip,
+              &task);
+}
 
 /* A strip's record in every lane. */
 static void set_record(hb_unit *u, size_t record, double value) {
@@ -98,13 +170,8 @@ static void place(const journey *j, bool exact) {
 /* Elimination of all strips and, in pieces, of what is left of them. */
 static bool solve_rows(const journey *j, bool rates) {
   hb_unit *u = j->u;
-  for (int g = 0; g < u->strip_count; g++) {
-    if (rates)
-      j->k->eliminate_rates(&u->strips[g], 0.5 * j->h, 1 / j->h);
-    else
-      j->k->eliminate(&u->strips[g], j->along);
-  }
-  return !u->pieces || j->k->close(u->strips, u->strip_count, u->chain);
+  all_strips(j, rates ? RATES : ELIMINATE);
+  return !u->pieces || j->k->close(u->strips, u->strip_count, false, u->chain);
 }
 
 /* Which rods are done after a look at their lengths; -1 if one never will be. */
@@ -171,7 +238,7 @@ static outcome fit_lengths(const journey *j) {
     int going = judge_lengths(j, iteration, &tolerance, worst);
     if (going < 0) return IRREGULAR;
     if (going == 0) return REGULAR;
-    for (int g = 0; g < u->strip_count; g++) j->k->spread(&u->strips[g], j->along, 1 / j->h);
+    all_strips(j, SPREAD);
     for (int g = 0; g < u->strip_count; g++) j->k->join_spread(&u->strips[g], j->along);
     if (judge_corrections(j, closed, tolerance, worst) == 0) return REGULAR;
   }
@@ -250,11 +317,18 @@ static void fill_moments(const journey *j, int n) {
   }
 }
 
-/* Is an edge of a busy lane folded back onto its neighbour? */
-static bool folded(const hb_unit *u) {
+/* Is an edge of the n-th rod folded back onto its neighbour? */
+static bool rod_folded(const hb_unit *u, int n) {
   for (int g = 0; g < u->strip_count; g++)
-    for (int l = 0; l < busy_lanes(u); l++)
+    for (int l = u->pieces ? 0 : n; l < (u->pieces ? u->strips->lanes : n + 1); l++)
       if (!(hb_strip_get(&u->strips[g], u->strips[g].lowest_chi, 0, l) > HB_FOLD_LIMIT)) return true;
+  return false;
+}
+
+/* Or of any rod? */
+static bool folded(const hb_unit *u) {
+  for (int n = 0; n < u->rod_count; n++)
+    if (rod_folded(u, n)) return true;
   return false;
 }
 
@@ -321,14 +395,165 @@ static hb_status evaluate_rods(const journey *j, hb_error *err) {
   return status;
 }
 
+/* Prescribed frames of the n-th rod, a general one: their directors into the lanes. */
+static hb_status hold_frames(const journey *j, int n, hb_error *err) {
+  const hb_model *m = j->s->model;
+  const hb_rod *rod = &m->rods[j->u->rods[n]];
+  hb_rod_work *w = &j->s->rod_work;
+  fill_tangent(j, n, 0);
+  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
+    fill_tangent(j, n, m->frames[k].slot - rod->first);
+  hb_status status = hb_frames_check(m, rod, w, j->t, err);
+  if (status) return status;
+  hb_frames_hold(m, rod, j->s->state, w, j->t);
+  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
+    hb_unit_set_edge(j->u, n, m->frames[k].slot - rod->first, AT(m1), 3, w->frame_now + 3 * k);
+    hb_unit_set_edge(j->u, n, m->frames[k].slot - rod->first, AT(spin), 1, &w->frame_turned[k]);
+  }
+  return HB_OK;
+}
+
+/* How the twist of each rod of a unit is coming on. */
+typedef struct twisting {
+  double residual[HB_LANES_MAX]; /* at the last look */
+  bool irregular[HB_LANES_MAX];
+  int going;
+} twisting;
+
+/* Judges a look: which rods are in equilibrium, which need the rod's own functions. */
+static void judge_twist(const journey *j, int iteration, bool closed, twisting *g) {
+  hb_unit *u = j->u;
+  hb_strip *s = u->strips;
+  double epsilon = j->k->single ? (double)FLT_EPSILON : DBL_EPSILON;
+  g->going = 0;
+  for (int n = 0; n < u->rod_count; n++) {
+    if (!(hb_strip_get(s, s->active, 0, n) > 0)) continue;
+    double residual = largest(u, AT(worst), n), scale = largest(u, AT(scale), n);
+    double small = 16 * epsilon * scale + 4 * epsilon * largest(u, AT(floor), n) + DBL_MIN;
+    bool stuck = iteration > 0 && residual >= 0.5 * g->residual[n] && residual <= 4e4 * epsilon * scale;
+    bool sound = closed && all_full(u, n) && residual < HUGE_VAL;
+    if (!sound || (iteration > 0 && residual > g->residual[n] && !stuck) || iteration > TWIST_ITERATIONS)
+      g->irregular[n] = true;
+    g->residual[n] = residual;
+    if (g->irregular[n] || residual <= small || stuck)
+      hb_strip_set(s, s->active, 0, n, 0);
+    else
+      g->going++;
+  }
+}
+
+/* Judges the turns that were found: long ones are none of Newton's any more. */
+static void judge_turns(const journey *j, twisting *g) {
+  hb_unit *u = j->u;
+  hb_strip *s = u->strips;
+  for (int n = 0; n < u->rod_count; n++) {
+    if (!(hb_strip_get(s, s->active, 0, n) > 0)) continue;
+    if (largest(u, AT(left), n) <= LONG_TURN) {
+      u->tally[HB_S_TWIST_ITERATIONS]++;
+      continue;
+    }
+    g->irregular[n] = true;
+    hb_strip_set(s, s->active, 0, n, 0);
+    for (int h = 0; h < u->strip_count; h++) j->k->drop_turns(&u->strips[h], u->pieces ? -1 : n);
+  }
+}
+
+/* Lanes of idle rods do as the first. */
+static void copy_active(const hb_unit *u) {
+  hb_strip *s = u->strips;
+  double first = hb_strip_get(s, s->active, 0, 0);
+  if (u->pieces) {
+    for (int g = 0; g < u->strip_count; g++)
+      for (int l = 0; l < s->lanes; l++) hb_strip_set(&u->strips[g], u->strips[g].active, 0, l, first);
+  } else {
+    for (int l = u->rod_count; l < s->lanes; l++) hb_strip_set(s, s->active, 0, l, first);
+  }
+}
+
+/* Newton on the turns of all general rods of a unit. */
+static void settle_twist(const journey *j, twisting *g) {
+  hb_unit *u = j->u;
+  set_record(u, AT(active), 1);
+  for (int iteration = 0;; iteration++) {
+    all_strips(j, iteration == 0 ? FIRST_LOOK : LOOK);
+    bool closed = !u->pieces || j->k->close(u->strips, u->strip_count, true, u->chain);
+    if (iteration == 0)
+      for (int n = 0; n < u->rod_count; n++) g->irregular[n] = rod_folded(u, n);
+    judge_twist(j, iteration, closed, g);
+    if (g->going == 0) return;
+    copy_active(u);
+    all_strips(j, SOLVE_TURNS);
+    judge_turns(j, g);
+    all_strips(j, TURN);
+  }
+}
+
+/* The n-th rod's twist by its own functions, from where its frames are. */
+static hb_status resume_twist(const journey *j, int n, hb_error *err) {
+  hb_stepper *s = j->s;
+  const hb_rod *rod = &s->model->rods[j->u->rods[n]];
+  double *x = s->state->x;
+  if (s->active[rod->index]) { /* the state keeps the old positions until the loads have done their work */
+    x = s->x_old;
+  }
+  hb_unit_store3(s->model, j->u, n, AT(x), x);
+  hb_unit_store_frames(s->model, s->state, j->u, n);
+  if (!hb_rod_geometry(rod, x, &s->rod_work))
+    return hb_fail(err, HB_ERR_NUMERIC, "rod %s: a vertex position is not finite, or an edge has length zero",
+                   rod->name);
+  hb_status status = hb_twist_resume(s->model, rod, s->state, &s->rod_work, err);
+  hb_unit_load_frames(s->model, s->state, j->u, n);
+  if (!(rod_folded(j->u, n))) return status;
+  j->u->tally[HB_S_FOLDS]++;
+  j->u->tally[HB_S_FOLD_SLOT] = rod->first + hb_rod_find_fold(rod, &s->rod_work);
+  return status;
+}
+
+/* The same for general rods. */
+static hb_status evaluate_general(const journey *j, hb_error *err) {
+  hb_unit *u = j->u;
+  hb_state *state = j->s->state;
+  twisting g = {.going = 0};
+  bool again = false;
+  hb_stepper_begin(j->s);
+  all_strips(j, CARRY);
+  for (int n = 0; n < u->rod_count; n++) {
+    hb_status status = hold_frames(j, n, err);
+    if (status) return status;
+  }
+  settle_twist(j, &g);
+  for (int n = 0; n < u->rod_count; n++) {
+    double m1[3];
+    hb_status status = g.irregular[n] ? resume_twist(j, n, err) : HB_OK;
+    if (status) return status;
+    again = again || g.irregular[n];
+    hb_unit_get_edge(u, n, 0, AT(m1), 3, m1);
+    fill_tangent(j, n, 0);
+    hb_twist_first_angle(&j->s->model->rods[u->rods[n]], state, m1, &j->s->rod_work);
+  }
+  if (again) all_strips(j, LOOK);
+  hb_stepper_end(j->s, HB_STAGE_TWIST);
+  all_strips(j, GENERAL);
+  for (int h = 0; h < u->strip_count; h++) j->k->join_elastic(&u->strips[h]);
+  for (int n = 0; n < u->rod_count; n++) {
+    const hb_rod *rod = &j->s->model->rods[u->rods[n]];
+    for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
+      hb_unit_get_edge(u, n, j->s->model->frames[k].slot - rod->first, AT(turn_gradient), 1,
+                       &state->frame_torque[k]);
+  }
+  hb_stepper_end(j->s, HB_STAGE_ELASTIC);
+  for (int n = 0; n < u->rod_count; n++)
+    if (j->s->active[u->rods[n]]) add_loads(j, n);
+  hb_stepper_end(j->s, HB_STAGE_LOADS);
+  return HB_OK;
+}
+
 /* Elastic forces, twist in equilibrium, loads, at the new positions. */
 static hb_status evaluate(const journey *j, hb_error *err) {
   hb_unit *u = j->u;
-  const hb_method_def *method = &j->s->model->def->method;
-  bool exact = method->length_tolerance_kind != HB_TOLERANCE_RELATIVE ||
-               method->length_tolerance > (j->k->single ? 1e-4 : 5e-9);
+  if (u->general) return evaluate_general(j, err);
   hb_stepper_begin(j->s);
-  for (int g = 0; u->twisted && g < u->strip_count; g++) j->k->transport(&u->strips[g], exact);
+  if (u->twisted) all_strips(j, TRANSPORT);
   if (u->twisted && folded(u)) return evaluate_rods(j, err);
   for (int n = 0; n < u->rod_count; n++) {
     hb_status status = settle_frames(j, n, err);
@@ -336,7 +561,7 @@ static hb_status evaluate(const journey *j, hb_error *err) {
     if (u->twisted) fill_moments(j, n);
   }
   hb_stepper_end(j->s, HB_STAGE_TWIST);
-  for (int g = 0; g < u->strip_count; g++) j->k->elastic(&u->strips[g], exact);
+  all_strips(j, ELASTIC);
   for (int g = 0; g < u->strip_count; g++) j->k->join_elastic(&u->strips[g]);
   if (!u->twisted && folded(u)) return evaluate_rods(j, err);
   for (int n = 0; n < u->rod_count; n++) {
@@ -457,7 +682,7 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
                              hb_error *err) {
   journey j = {s, u, s->plan->kernels, t, h, false};
   begin(&j);
-  for (int g = 0; g < u->strip_count; g++) j.k->advance(&u->strips[g], h, h, false);
+  all_strips(&j, ADVANCE);
   if (u->fresh) place(&j, false); /* none of them moves (time/rods.c) */
   hb_stepper_end(s, HB_STAGE_MOVE);
   if (fit_lengths(&j) == IRREGULAR) return step_rods(&j, step_rod, err);
@@ -467,7 +692,7 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
   if (u->fresh > 0) u->fresh--;
   book_supports(&j);
   keep_rates(&j);
-  for (int g = 0; g < u->strip_count; g++) j.k->sum_up(&u->strips[g]);
+  all_strips(&j, SUM_UP);
   u->finite = is_finite(u);
   return HB_OK;
 }
@@ -477,7 +702,7 @@ hb_status hb_lane_step_verlet(hb_stepper *s, hb_unit *u, double t, double h, hb_
                               hb_error *err) {
   journey j = {s, u, s->plan->kernels, t, h, true};
   begin(&j);
-  for (int g = 0; g < u->strip_count; g++) j.k->advance(&u->strips[g], 0.5 * h, h, true);
+  all_strips(&j, ADVANCE);
   place(&j, false);
   hb_stepper_end(s, HB_STAGE_MOVE);
   if (fit_lengths(&j) == IRREGULAR) return step_rods(&j, step_rod, err);
@@ -487,7 +712,7 @@ hb_status hb_lane_step_verlet(hb_stepper *s, hb_unit *u, double t, double h, hb_
   hb_stepper_begin(s);
   place(&j, true);
   (void)solve_rows(&j, true);
-  for (int g = 0; g < u->strip_count; g++) j.k->spread_rates(&u->strips[g]);
+  all_strips(&j, SPREAD_RATES);
   for (int g = 0; g < u->strip_count; g++) j.k->join_spread(&u->strips[g], false);
   hb_stepper_end(s, HB_STAGE_PROJECT);
   if (u->fresh > 0) u->fresh--;

@@ -5,10 +5,19 @@
 
 #include <string.h>
 
-/* A stepper of its own, whose totals go to the unit at hand. */
+/* Vertices in all below which a step is too short to be shared. */
+#define SHARED_VERTICES 2000
+
+/* A stepper of its own, whose totals go to the unit at hand. The first worker uses the stepper's workspaces.
+ */
 struct hb_lane_worker {
   hb_stepper stepper;
   hb_state state;
+  hb_rod_work rod_work;
+  hb_project_work project_work;
+  hb_error err;
+  int failed; /* first unit that failed in this worker, or -1 */
+  hb_status status;
 };
 
 /* Is everything about this rod known to the lanes? */
@@ -16,7 +25,7 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   const char *scheme = m->def->method.integrator;
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
-  if (!rod->closed_form || m->any_follower || rod->nv < 3) return false;
+  if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
     if (euler && hb_support_moves(&m->positions[k])) return false;
   for (int i = rod->first; i < rod->first + rod->nv; i++)
@@ -25,27 +34,76 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   return true;
 }
 
+/* Threads that a run is worth: as many as asked for, else as there are processors, but one where there is
+ * nothing to share. */
+static int useful_threads(const hb_stepper *s) {
+  const hb_model *m = s->model;
+  int shared = 0;
+  for (int k = 0; k < s->plan->unit_count; k++) {
+    int strips = s->plan->units[k].strip_count;
+    shared += strips >= HB_SHARED_STRIPS ? strips : 1;
+  }
+  int threads = m->def->method.threads > 0 ? m->def->method.threads : hb_processors();
+  if (m->nv < SHARED_VERTICES || shared < 2) return 1;
+  return threads < shared ? threads : shared;
+}
+
+/* Pool and workers. */
+static hb_status create_workers(hb_stepper *s, hb_error *err) {
+  int count = useful_threads(s);
+  hb_status status = count > 1 ? hb_pool_create(count, &s->pool, err) : HB_OK;
+  if (status) return status;
+  s->workers = hb_alloc((size_t)hb_pool_threads(s->pool), sizeof *s->workers);
+  if (!s->workers) return hb_fail_memory(err, "rods in lanes");
+  for (int w = 1; !status && w < hb_pool_threads(s->pool); w++) {
+    status = hb_rod_work_create(s->model, &s->workers[w].rod_work, err);
+    if (!status) status = hb_project_work_create(s->model, &s->workers[w].project_work, err);
+  }
+  return status;
+}
+
+/* Workspaces of the workers; also after a failed start. */
+void hb_stepper_release_workers(hb_stepper *s) {
+  for (int w = 1; s->workers && w < hb_pool_threads(s->pool); w++) {
+    hb_rod_work_free(&s->workers[w].rod_work);
+    hb_project_work_free(&s->workers[w].project_work);
+  }
+  hb_free(s->workers);
+  s->workers = NULL;
+}
+
 /* Plan, workers. */
 hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
   const hb_model *m = s->model;
   if (m->def->method.lanes == HB_LANES_OFF) return HB_OK;
-  const hb_lane_kernels *kernels = hb_lane_kernels_for(false, m->def->method.lanes == HB_LANES_PORTABLE);
+  const hb_lane_kernels *kernels = hb_lane_kernels_for(m->def->method.precision == HB_PRECISION_SINGLE,
+                                                       m->def->method.lanes == HB_LANES_PORTABLE);
   unsigned char *wanted = hb_alloc((size_t)m->rod_count, 1);
   if (!wanted) return hb_fail_memory(err, "rods in lanes");
   for (int r = 0; r < m->rod_count; r++) wanted[r] = fits_lanes(s, &m->rods[r]);
   hb_status status = hb_lane_plan_create(m, wanted, kernels, &s->plan, err);
   hb_free(wanted);
-  if (status || !s->plan) return status;
-  s->worker_count = 1;
-  s->workers = hb_alloc((size_t)s->worker_count, sizeof *s->workers);
-  if (!s->workers) return hb_fail_memory(err, "rods in lanes");
-  return HB_OK;
+  if (!status && s->plan) status = create_workers(s, err);
+  return status;
+}
+
+/* One unit to the state, and from it. */
+static void store_unit(void *context, int index, int worker) {
+  hb_stepper *s = context;
+  (void)worker;
+  hb_unit_store(s->model, s->state, &s->plan->units[index]);
+}
+static void load_unit(void *context, int index, int worker) {
+  hb_stepper *s = context;
+  (void)worker;
+  hb_unit_load(s->model, s->state, &s->plan->units[index]);
+  s->plan->units[index].fresh = 2;
 }
 
 /* Lanes to state. */
 void hb_stepper_store(hb_stepper *s) {
   if (!s->plan || s->state_current || !s->lanes_current) return;
-  for (int k = 0; k < s->plan->unit_count; k++) hb_unit_store(s->model, s->state, &s->plan->units[k]);
+  hb_pool_run(s->pool, s->plan->unit_count, store_unit, s);
   s->state_current = true;
 }
 
@@ -58,10 +116,7 @@ void hb_stepper_state_changed(hb_stepper *s) {
 /* State to lanes, if it is newer. */
 static void load_lanes(hb_stepper *s) {
   if (s->lanes_current) return;
-  for (int k = 0; k < s->plan->unit_count; k++) {
-    hb_unit_load(s->model, s->state, &s->plan->units[k]);
-    s->plan->units[k].fresh = 2;
-  }
+  hb_pool_run(s->pool, s->plan->unit_count, load_unit, s);
   s->lanes_current = true;
 }
 
@@ -75,21 +130,63 @@ static void add_tally(hb_stepper *s, const hb_unit *u) {
   s->lanes_finite = s->lanes_finite && u->finite;
 }
 
-/* Units by a worker. */
-static hb_status step_units(hb_stepper *s, double t, double h, const hb_scheme *scheme, hb_error *err) {
-  hb_lane_worker *w = s->workers;
-  w->stepper = *s;
-  w->state = *s->state;
-  w->stepper.state = &w->state;
-  hb_status status = HB_OK;
-  for (int k = 0; !status && k < s->plan->unit_count; k++) {
-    hb_unit *u = &s->plan->units[k];
-    w->state.scalar = u->tally;
-    status = scheme->step_lanes(&w->stepper, u, t, h, scheme->step_rod, err);
+/* A step of all units. */
+typedef struct units_step {
+  hb_stepper *s;
+  double t, h;
+  const hb_scheme *scheme;
+} units_step;
+
+/* One unit by a worker. The pool is the worker's only where the unit is all that goes on. */
+static void step_unit(const units_step *step, int index, int worker, bool alone) {
+  hb_unit *u = &step->s->plan->units[index];
+  hb_lane_worker *w = &step->s->workers[worker];
+  if (w->failed >= 0) return;
+  w->stepper.pool = alone ? step->s->pool : NULL;
+  w->state.scalar = u->tally;
+  w->status = step->scheme->step_lanes(&w->stepper, u, step->t, step->h, step->scheme->step_rod, &w->err);
+  if (w->status) w->failed = index;
+}
+
+/* As the pool wants it: units that are not shared. */
+static void step_small_unit(void *context, int index, int worker) {
+  const units_step *step = context;
+  if (step->s->plan->units[index].strip_count < HB_SHARED_STRIPS) step_unit(step, index, worker, false);
+}
+
+/* Workers before a step. */
+static void ready_workers(hb_stepper *s) {
+  for (int k = 0; k < hb_pool_threads(s->pool); k++) {
+    hb_lane_worker *w = &s->workers[k];
+    w->stepper = *s;
+    w->state = *s->state;
+    w->stepper.state = &w->state;
+    w->failed = -1;
+    w->err = (hb_error){HB_OK, ""};
+    if (k == 0) continue;
+    w->stepper.rod_work = w->rod_work;
+    w->stepper.project_work = w->project_work;
+    w->stepper.timed = false;
   }
-  for (int k = 0; !status && k < s->plan->unit_count; k++) add_tally(s, &s->plan->units[k]);
-  memcpy(s->stage_seconds, w->stepper.stage_seconds, sizeof s->stage_seconds);
-  return status;
+}
+
+/* Long rods one after the other, each by all threads; the others side by side. The first failure counts. */
+static hb_status step_units(hb_stepper *s, double t, double h, const hb_scheme *scheme, hb_error *err) {
+  units_step step = {s, t, h, scheme};
+  ready_workers(s);
+  for (int k = 0; k < s->plan->unit_count; k++)
+    if (s->plan->units[k].strip_count >= HB_SHARED_STRIPS) step_unit(&step, k, 0, true);
+  hb_pool_run(s->pool, s->plan->unit_count, step_small_unit, &step);
+  const hb_lane_worker *first = NULL;
+  for (int k = 0; k < hb_pool_threads(s->pool); k++)
+    if (s->workers[k].failed >= 0 && (!first || s->workers[k].failed < first->failed)) first = &s->workers[k];
+  memcpy(s->stage_seconds, s->workers->stepper.stage_seconds, sizeof s->stage_seconds);
+  if (first) {
+    if (err) *err = first->err;
+    return first->status;
+  }
+  for (int k = 0; k < s->plan->unit_count; k++) add_tally(s, &s->plan->units[k]);
+  return HB_OK;
 }
 
 /* Lanes first, then the others in their order. */

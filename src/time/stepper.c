@@ -56,8 +56,9 @@ void hb_stepper_release(hb_stepper *s) {
   hb_free(s->rates);
   hb_free(s->active);
   hb_free(s->follower_m1);
-  hb_free(s->workers);
+  hb_stepper_release_workers(s);
   hb_lane_plan_free(s->plan);
+  hb_pool_free(s->pool);
 }
 
 /* Restarts the stage clock. */

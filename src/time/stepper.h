@@ -3,12 +3,16 @@
 #ifndef HB_TIME_STEPPER_H
 #define HB_TIME_STEPPER_H
 
+#include "base/threads.h"
 #include "hebra/plug.h"
 #include "lane/plan.h"
 #include "rod/rod.h"
 #include "solve/project.h"
 
 #define HB_TERMS_MAX 16
+/* A rod of so many strips is shared among threads: below, meeting after each pass costs more than it gains.
+ */
+#define HB_SHARED_STRIPS 4
 
 /* What one thread steps with. */
 typedef struct hb_lane_worker hb_lane_worker;
@@ -19,21 +23,21 @@ struct hb_stepper {
   const hb_force_term *const *terms; /* NULL-terminated */
   hb_rod_work rod_work;
   hb_project_work project_work;
-  double *x_old, *v_old; /* 3 per slot: at the start of the step */
-  double *v_predicted;   /* 3 per slot: velocities extrapolated to the end of the step */
-  double *force_old;     /* 3 per prescribed vertex */
-  double *torque_old;    /* per prescribed frame */
-  double *follower_m1;   /* 3 per slot: directors for follower loads, or NULL */
-  unsigned char *rates;  /* per rod: do its loads depend on velocity? */
-  unsigned *active;      /* per rod: bit k set if terms[k] acts on it */
-  double length_error;   /* largest of this step */
-  hb_lane_plan *plan;    /* rods that step in lanes, or NULL */
-  hb_lane_worker *workers;
-  int worker_count;
-  bool lanes_current; /* the lanes hold the state */
-  bool state_current; /* the state's arrays do */
-  bool lanes_finite;  /* after a step: all forces and velocities in lanes are numbers */
-  bool timed;         /* take stage times in this step */
+  double *x_old, *v_old;   /* 3 per slot: at the start of the step */
+  double *v_predicted;     /* 3 per slot: velocities extrapolated to the end of the step */
+  double *force_old;       /* 3 per prescribed vertex */
+  double *torque_old;      /* per prescribed frame */
+  double *follower_m1;     /* 3 per slot: directors for follower loads, or NULL */
+  unsigned char *rates;    /* per rod: do its loads depend on velocity? */
+  unsigned *active;        /* per rod: bit k set if terms[k] acts on it */
+  double length_error;     /* largest of this step */
+  hb_pool *pool;           /* threads, or NULL for one */
+  hb_lane_plan *plan;      /* rods that step in lanes, or NULL */
+  hb_lane_worker *workers; /* one per thread */
+  bool lanes_current;      /* the lanes hold the state */
+  bool state_current;      /* the state's arrays do */
+  bool lanes_finite;       /* after a step: all forces and velocities in lanes are numbers */
+  bool timed;              /* take stage times in this step */
   double stage_started;
   double stage_seconds[HB_STAGE_COUNT];
 };
@@ -44,6 +48,7 @@ void hb_stepper_release(hb_stepper *stepper);
 /* Puts rods into lanes for the scheme that the scene names; rods that do not fit are left to be stepped one
  * by one. After hb_stepper_init. */
 hb_status hb_stepper_use_lanes(hb_stepper *stepper, hb_error *err);
+void hb_stepper_release_workers(hb_stepper *stepper);
 /* Brings the state's arrays up to date with the lanes; the state may be read then. */
 void hb_stepper_store(hb_stepper *stepper);
 /* The state may have been written to: lanes are filled anew before the next step. */

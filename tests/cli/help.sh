@@ -26,6 +26,12 @@ for verb in run check info export render plot; do
   run "$HEBRA" "$verb" "$work/nothing-here" "${arguments[@]}"; wants 2 'nothing-here'
 done
 
+for number in 0 -1 1.5 two 1025 ''; do
+  run "$HEBRA" run tests/support/small.yaml -o "$work/out" --threads "$number"
+  wants 2 "--threads \"$number\" is not a whole number from 1 to 1024"
+done
+run "$HEBRA" run tests/support/small.yaml -o "$work/out" --threads 2 --quiet --set method.duration=0.01; wants 0
+
 # typed wanted
 while read -r typed wanted; do
   run "$HEBRA" "$typed"; wants 2 "there is no verb '$typed'" "the nearest one is '$wanted'"

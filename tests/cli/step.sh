@@ -10,7 +10,7 @@ rods:
     bending: 1
     twisting: 1
     linear_density: 1
-    start: {clamp: true}
+    start: {clamp: edge}
 forces: [{distributed: [0, 0, -1]}]
 END
 cat >"$work/apart.yaml" <<'END'

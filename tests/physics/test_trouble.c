@@ -14,7 +14,7 @@ static const char pattern[] = "method: {time_step: %g, duration: 1}\n"
                               "    rest: {line: {from: [0, 0, 0], to: [1, 0, 0], vertices: 20}}\n"
                               "    bending: 0.1\n"
                               "    linear_density: 20\n"
-                              "    start: {clamp: true}\n"
+                              "    start: {clamp: edge}\n"
                               "%s\n";
 
 /* Runs the scene for so many steps; energies[3] of the end. The sentence of what failed is in err. */

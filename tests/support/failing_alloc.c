@@ -2,12 +2,15 @@
 
 #include "support/near.h"
 
+#include <errno.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <string.h>
 
-/* One per test program; the library has nothing of the kind. */
+/* One per test program; the library has nothing of the kind. Threads of the library allocate too. */
 static struct {
-  long asked, fail_at, live;
-  bool reached;
+  atomic_long asked, fail_at, live;
+  atomic_bool reached;
 } alloc;
 
 void *__real_malloc(size_t size);
@@ -18,11 +21,17 @@ void *__wrap_malloc(size_t size);
 void *__wrap_calloc(size_t count, size_t size);
 void *__wrap_realloc(void *block, size_t size);
 void __wrap_free(void *block);
+int __real_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*body)(void *),
+                          void *argument);
+int __real_pthread_join(pthread_t thread, void **result);
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*body)(void *),
+                          void *argument);
+int __wrap_pthread_join(pthread_t thread, void **result);
 
 /* Counts an allocation; true if it is the one that has to fail. */
 static bool fails(void) {
-  alloc.asked++;
-  if (alloc.fail_at == 0 || alloc.asked != alloc.fail_at) return false;
+  long number = ++alloc.asked;
+  if (alloc.fail_at == 0 || number != alloc.fail_at) return false;
   alloc.reached = true;
   return true;
 }
@@ -52,6 +61,21 @@ void *__wrap_realloc(void *block, size_t size) {
 void __wrap_free(void *block) {
   if (block) alloc.live--;
   __real_free(block);
+}
+
+/* Stands in for pthread_create: a thread is a thing that may run out and has to be given back. */
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*body)(void *),
+                          void *argument) {
+  if (fails()) return EAGAIN;
+  int reason = __real_pthread_create(thread, attributes, body, argument);
+  if (reason == 0) alloc.live++;
+  return reason;
+}
+
+/* Stands in for pthread_join. */
+int __wrap_pthread_join(pthread_t thread, void **result) {
+  alloc.live--;
+  return __real_pthread_join(thread, result);
 }
 
 /* Makes the n-th allocation from now fail. */

@@ -1,7 +1,8 @@
 /* Lets the n-th allocation of the library fail. Works in tests named test_*_alloc.c, whose executables are
  * linked with
- * --wrap=malloc, calloc, realloc and free: calls from the static library and the test go through here, those
- * of libc and of shared libraries do not. */
+ * --wrap=malloc, calloc, realloc, free, pthread_create and pthread_join: calls from the static library and
+ * the test go through here, those of libc and of shared libraries do not. A thread counts as an allocation.
+ */
 #ifndef HB_TEST_FAILING_ALLOC_H
 #define HB_TEST_FAILING_ALLOC_H
 

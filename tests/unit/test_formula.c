@@ -365,6 +365,47 @@ static void test_parameters(void **state) {
   hb_formula_free(formula);
 }
 
+/* Noise: numbers from the published generator SplitMix64 (Steele, Lea, Flood 2014; its first output from seed
+ * 0 is E220A8397B1DCDAF), computed with another program; evenly spread, and no number where the argument is
+ * none. */
+static void test_noise(void **state) {
+  (void)state;
+  assert_same(constant("noise(0)"), (double)(0xE220A8397B1DCDAFu >> 11) / 4503599627370496.0 - 1);
+  assert_same(constant("noise(-0)"), 0.7666216164272852);
+  assert_same(constant("noise(1)"), 0.06908456782539862);
+  assert_same(constant("noise(37)"), -0.5838875339609799);
+  assert_same(constant("noise(-2.5)"), 0.750765109802195);
+  assert_same(constant("noise(0, 0)"), 0.3048969727480644);
+  assert_same(constant("noise(37, 1)"), -0.4218504337568032);
+  assert_same(constant("noise(1, 37)"), 0.4472746241610619);
+  assert_true(isnan(constant("noise(1/0)")) && isnan(constant("noise(0/0, 1)")) &&
+              isnan(constant("noise(1, 0/0)")));
+  assert_same(rate_at("noise(t) + noise(t, 2*t)", 3, NULL), 0);
+  assert_true(isnan(rate_at("noise(log(t), 1)", -1, NULL)));
+  enum { N = 20000 };
+  hb_formula *formula = compiled("noise(i)", HB_VARS_ALL), *pair = compiled("noise(i, 1)", HB_VARS_ALL);
+  double mean = 0, square = 0, cross = 0, last = 0, next = 0, least = 1, most = -1;
+  for (int k = 0; k < N; k++) {
+    double vars[HB_VAR_COUNT] = {[HB_VAR_I] = k}, a = hb_formula_eval(formula, vars),
+           b = hb_formula_eval(pair, vars);
+    mean += a / N;
+    square += a * a / N;
+    cross += a * b / N;
+    next += a * last / N;
+    last = a;
+    least = fmin(least, a);
+    most = fmax(most, a);
+  }
+  hb_formula_free(formula);
+  hb_formula_free(pair);
+  /* uniform on [-1, 1): variance 1/3; four standard deviations of each mean */
+  assert_at_most(fabs(mean), 4 * sqrt(1.0 / 3 / N));
+  assert_at_most(fabs(square - 1.0 / 3), 4 * sqrt(4.0 / 45 / N));
+  assert_at_most(fabs(cross), 4.0 / 3 / sqrt(N));
+  assert_at_most(fabs(next), 4.0 / 3 / sqrt(N));
+  assert_true(least >= -1 && least < -0.999 && most < 1 && most > 0.999);
+}
+
 /* ---- random expressions
  * -------------------------------------------------------------------------------------- */
 
@@ -396,10 +437,11 @@ static void add_leaf(random_text *x) {
 /* An expression of at most depth levels. */
 static void add_expression(random_text *x, int depth) {
   static const char *const operators[] = {"+", "-", "*", "/", "^", "<", "<=", ">", ">=", "==", "!="};
-  static const char *const calls[] = {
-      "1sin", "1cos",   "1tan",  "1asin",  "1acos",  "1atan",  "1sinh", "1cosh",       "1tanh",  "1exp",
-      "1log", "1log10", "1sqrt", "1abs",   "1floor", "1ceil",  "1sign", "1step",       "2atan2", "2min",
-      "2max", "2mod",   "2pow",  "2hypot", "2step",  "3clamp", "3if",   "3smoothstep", "4min"};
+  static const char *const calls[] = {"1sin",   "1cos",   "1tan",   "1asin", "1acos",  "1atan", "1sinh",
+                                      "1cosh",  "1tanh",  "1exp",   "1log",  "1log10", "1sqrt", "1abs",
+                                      "1floor", "1ceil",  "1sign",  "1step", "2atan2", "2min",  "2max",
+                                      "2mod",   "2pow",   "2hypot", "2step", "3clamp", "3if",   "3smoothstep",
+                                      "4min",   "1noise", "2noise"};
   int kind = depth == 0 ? 0 : rng_int(&x->r, 0, 9);
   if (kind == 0) {
     add_leaf(x);
@@ -491,7 +533,7 @@ static void test_random_rates(void **state) {
 #define FUNCTIONS                                                                                            \
   "functions are sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, log10, sqrt, abs, "     \
   "floor, "                                                                                                  \
-  "ceil, min, max, mod, sign, step, clamp, smoothstep, pow, hypot, if"
+  "ceil, min, max, mod, sign, step, clamp, smoothstep, pow, hypot, if, noise"
 #define EMPTY "the formula is empty; a number such as 0.5 or an expression such as sin(2*pi*t) is needed"
 #define VALUE " where a value is needed: a number, a name, a function or '('"
 #define MULTIPLY " directly after a value; write * to multiply"
@@ -693,6 +735,7 @@ int main(void) {
       cmocka_unit_test(test_folding),        cmocka_unit_test(test_random_rates),
       cmocka_unit_test(test_sentences),      cmocka_unit_test(test_available),
       cmocka_unit_test(test_limits),         cmocka_unit_test(test_excerpt),
+      cmocka_unit_test(test_noise),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

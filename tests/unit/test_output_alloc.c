@@ -109,6 +109,19 @@ static hb_status try_checkpoint(void *context, hb_error *err) {
   return status;
 }
 
+/* A recorder with its thread: memory may also run out in the thread, while it makes a checkpoint. */
+static hb_status try_recorder(void *context, hb_error *err) {
+  hb_recorder *recorder = NULL;
+  hb_record_plan plan = {.frame = all.start, .checkpoint = all.checkpoint, .threaded = *(bool *)context};
+  hb_status status = hb_recorder_create(all.s.model, &plan, &recorder, err);
+  if (status) return status;
+  (void)hb_recorder_add(recorder, all.s.sim, true, NULL);
+  (void)hb_recorder_checkpoint(recorder, all.s.sim, NULL);
+  status = hb_recorder_wait(recorder, err);
+  hb_recorder_free(recorder);
+  return status;
+}
+
 /* The report. */
 static hb_status try_report(void *context, hb_error *err) {
   (void)context;
@@ -124,6 +137,8 @@ static void test_all(void **state) {
   assert_true(failing_alloc_loop(try_trajectory, NULL, 1) > 30);
   assert_true(failing_alloc_loop(try_export, NULL, 1) > 40);
   assert_true(failing_alloc_loop(try_checkpoint, NULL, 1) > 6);
+  for (int threaded = 0; threaded < 2; threaded++)
+    assert_true(failing_alloc_loop(try_recorder, &(bool){threaded}, 1) > 12);
   assert_true(failing_alloc_loop(try_report, NULL, 1) >= 2);
   assert_int_equal(hb_reader_open(all.trajectory, &reader, &err), HB_OK);
   assert_int_equal(hb_reader_info(reader)->frames, 2);

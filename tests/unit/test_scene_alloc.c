@@ -10,7 +10,7 @@ static const char scene[] =
     "title: everything\n"
     "description: text\n"
     "units: SI\n"
-    "parameters: {n: 5, k: 2*n}\n"
+    "parameters: {n: 5, m: 2*n}\n"
     "method: {integrator: symplectic-euler, time_step: 1e-3, duration: 1, length_tolerance: {absolute: "
     "1e-2}}\n"
     "gravity: [0, 0, -9.81]\n"
@@ -41,9 +41,12 @@ static const char scene[] =
     "1, twisting: 0,\n"
     "     vertex_mass: 1}\n"
     "  - {rest: {formula: {x: s, y: 0, z: s^2, vertices: 3}}, bending: 1, twisting: 0, vertex_mass: 1}\n"
+    "  - {name: c, copies: 2, rest: {line: {to: [0, 1 + k, 'noise(k, K)'], vertices: 3}}, bending: 1, "
+    "twisting: 0, "
+    "vertex_mass: 1}\n"
     "forces:\n"
     "  - {point: [0, 0, t], rod: a, vertex: -1, follower: true}\n"
-    "  - wind: {velocity: [1, 0, 0], drag: {density: 1.2}}\n"
+    "  - {wind: {velocity: [1, 0, 0], drag: {density: 1.2}}, rod: c}\n"
     "output: {every: 5}\n";
 
 static const char *const overrides[] = {"rods.a.radius=0.2", "rods[*].damping.mass=0.3",

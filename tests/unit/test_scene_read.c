@@ -384,11 +384,10 @@ static void forces(void **state) {
             &def);
   const hb_force_def *f = def.forces;
   static const hb_force_kind kinds[] = {HB_FORCE_GRAVITY,    HB_FORCE_POINT, HB_FORCE_DISTRIBUTED,
-                                        HB_FORCE_PER_VERTEX, HB_FORCE_WIND,  HB_FORCE_WIND,
-                                        HB_FORCE_WIND};
-  static const int rods[] = {-1, 1, 0, -1, -1, 0, 1};
-  assert_int_equal(def.force_count, 7);
-  for (int k = 0; k < 7; k++) {
+                                        HB_FORCE_PER_VERTEX, HB_FORCE_WIND,  HB_FORCE_WIND};
+  static const int rods[] = {-1, 1, 0, -1, -1, -1};
+  assert_int_equal(def.force_count, 6);
+  for (int k = 0; k < 6; k++) {
     assert_int_equal(f[k].kind, kinds[k]);
     assert_int_equal(f[k].rod, rods[k]);
     assert_int_equal(f[k].follower, k == 1);
@@ -399,12 +398,46 @@ static void forces(void **state) {
   assert_same(f[4].linear[1], 1);
   assert_same(f[4].quadratic[0], 3);
   assert_same(f[4].quadratic[1], 0);
-  for (int k = 5; k < 7; k++) { /* density/2 * coefficient * 2 r, and * 2 pi r along the rod */
-    double r = 0.1 * (k - 4);
-    assert_near_rel(f[k].quadratic[0], 0.5 * 4 * 1.5 * 2 * r, 1e-15);
-    assert_near_rel(f[k].quadratic[1], 0.5 * 4 * 0.5 * 2 * HB_PI * r, 1e-15);
+  for (int k = 0; k < 2; k++) { /* density/2 * coefficient * 2 r, and * 2 pi r along the rod */
+    double r = 0.1 * (k + 1);
+    assert_near_rel(hb_force_def_quadratic(&f[5], &def.rods[k], 0), 0.5 * 4 * 1.5 * 2 * r, 1e-15);
+    assert_near_rel(hb_force_def_quadratic(&f[5], &def.rods[k], 1), 0.5 * 4 * 0.5 * 2 * HB_PI * r, 1e-15);
   }
   hb_scene_def_free(&def);
+}
+
+/* Precision, and the length tolerance that goes with it; threads are no matter of the scene. */
+static void precision(void **state) {
+  (void)state;
+  static const struct {
+    const char *method;
+    hb_precision precision;
+    double tolerance;
+  } cases[] = {{"precision: double", HB_PRECISION_DOUBLE, 1e-10},
+               {"precision: single", HB_PRECISION_SINGLE, 1e-5},
+               {"precision: single, length_tolerance: 1e-6", HB_PRECISION_SINGLE, 1e-6},
+               {"precision: single, length_tolerance: {absolute: 2.5e-7}", HB_PRECISION_SINGLE, 2.5e-7},
+               {"length_tolerance: 1e-3, precision: single", HB_PRECISION_SINGLE, 1e-3}};
+  for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+    char text[300];
+    hb_scene_def def;
+    hb_model *model;
+    hb_error err;
+    snprintf(text, sizeof text,
+             "method: {time_step: 1e-3, duration: 1, %s}\nrods: [{rest: " LINE ", " STIFF "}]\n",
+             cases[k].method);
+    read_text(text, &def);
+    assert_int_equal(def.method.precision, cases[k].precision);
+    assert_same(def.method.length_tolerance, cases[k].tolerance);
+    assert_int_equal(def.method.threads, 0);
+    assert_int_equal(hb_model_create(&def, &model, &err), HB_OK);
+    hb_model_free(model);
+    def.method.threads = -1;
+    assert_int_equal(hb_model_create(&def, &model, &err), HB_ERR_INPUT);
+    assert_string_equal(
+        err.text, "-1 threads are not possible; at least 1, or 0 to let the program choose, is expected");
+    hb_scene_def_free(&def);
+  }
 }
 
 /* Damping. */
@@ -458,6 +491,7 @@ int main(void) {
       cmocka_unit_test(supports),
       cmocka_unit_test(forces),
       cmocka_unit_test(damping),
+      cmocka_unit_test(precision),
       cmocka_unit_test(overrides_are_kept),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
