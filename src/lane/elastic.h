@@ -143,6 +143,7 @@ INLINED void elastic_rows(hb_strip *s, bool pieces, bool twisted, bool uniform, 
   if (pieces) {
     if (twisted) moment = moment_at_seam(s, 0, uniform);
     bend(s, 0, direct_before(s, exact), t, M, &lowest, &q0, &carry);
+    if (!s->before) lowest[0] = 2; /* the rod's first vertex */
   }
   for (int r = 1; r <= top; r++) {
     direction n;

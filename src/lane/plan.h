@@ -19,6 +19,8 @@ typedef struct hb_unit {
   double tally[HB_S_COUNT]; /* what this step adds to the totals of the state */
   double length_error;      /* of this step */
   bool finite;
+  int fresh; /* > 0: came from a state in which somebody may have moved held vertices. They are back in their
+              * places after one step and at rest after two. */
   double *chain; /* pieces: 4 per lane of all strips, for the system of last rows */
 } hb_unit;
 

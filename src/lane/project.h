@@ -48,7 +48,7 @@ INLINED lanes wanted(const rows_of *q, int r, v3 e, bool tail, chain *c) {
   lanes size = size_of(off) * ((const lanes *)s->judge)[r];
   /* not-a-number stays */
   c->worst = choose((c->worst >= size) | (c->worst != c->worst), c->worst, size);
-  return only(*(const lanes *)s->active > none(), off);
+  return off;
 }
 
 /* Before the first row. */
@@ -184,7 +184,11 @@ INLINED void spread_rows(const effect *q) {
   hb_strip *s = q->s;
   int top = s->rows - 1;
   const lanes *way = q->along ? s->x_old : s->x;
+  /* rods of a bundle whose lengths were found good wait for the others: they are not corrected any more */
+  const bool some_wait = !q->pieces && !q->rates;
+  const lane_mask moves = *(const lanes *)s->active > none();
   lanes u = *(const lanes *)s->sep, ahead = q->pieces ? *(const lanes *)s->sep_before : none();
+  if (some_wait) u = only(moves, u);
   lanes left = none();
   v3 far = v3_load(way + 3 * top + 3), near = v3_load(way + 3 * top), top_pull, pull, moved;
   if (q->pieces) {
@@ -204,6 +208,7 @@ INLINED void spread_rows(const effect *q) {
     u = ((const lanes *)s->right)[r] - ((const lanes *)s->link)[r + 1] * u;
     if (q->pieces) u -= ((const lanes *)s->fill)[r] * ahead;
     u *= ((const lanes *)s->inv_pivot)[r];
+    if (some_wait) u = only(moves, u);
     v3 next = v3_scale(u, v3_sub(far, near)), was = moved;
     moved = move_vertex(q, r + 1, next, pull);
     if (!q->rates && (r + 1 < top || !q->pieces)) left = larger(left, left_of(s, r + 1, moved, was));
@@ -223,7 +228,9 @@ INLINED void spread_rows(const effect *q) {
     v3 after = {down(pull.x, 0), down(pull.y, 0), down(pull.z, 0)};
     v3 end = move_vertex(q, s->rows, top_pull, after);
     v3_store(s->first_moved, moved);
-    if (!q->rates) left = larger(left, left_of(s, top, v3_load(s->last_moved), end));
+    lanes there = left_of(s, top, v3_load(s->last_moved), end);
+    if (s->after) there[HB_LANES - 1] = 0; /* join_spread knows how that end moves */
+    if (!q->rates) left = larger(left, there);
   } else {
     moved = move_vertex(q, 0, v3_zero(), pull);
   }
@@ -233,12 +240,12 @@ INLINED void spread_rows(const effect *q) {
 /* v = v_old + kick M^-1 f; x = x_old + drift v, and where wanted the pull of the last multipliers once more.
  */
 INLINED void advance_rows(hb_strip *s, hb_real kick, hb_real drift, bool guess) {
-  const lanes *xo = s->x_old, *vo = s->v_old, *f = s->f, *w = s->mobility, *mu = s->lambda;
-  lanes *x = s->x, *v = s->v;
+  const lanes *xo = s->x_old, *vo = s->v_old, *f = s->f, *w = s->mobility, *mu = s->lambda_old;
+  lanes *x = s->x, *v = s->v, *sum = s->lambda;
   v3 before = v3_zero();
   hb_real in = 0;
   if (guess && s->pieces) {
-    if (s->before) in = ((const lanes *)s->before->lambda)[s->before->rows - 1][HB_LANES - 1];
+    if (s->before) in = ((const lanes *)s->before->lambda_old)[s->before->rows - 1][HB_LANES - 1];
     before =
         v3_scale(up(mu[s->rows - 1], in), edge_before(s, xo, s->before ? s->before->x_old : NULL, v3_zero()));
   }
@@ -251,8 +258,9 @@ INLINED void advance_rows(hb_strip *s, hb_real kick, hb_real drift, bool guess) 
       v3 after = v3_zero();
       if (r < s->rows) {
         after = v3_scale(mu[r], edge_of(xo, r));
+        sum[r] = mu[r];
       } else if (s->pieces) {
-        in = s->after ? ((const lanes *)s->after->lambda)[0][0] : 0;
+        in = s->after ? ((const lanes *)s->after->lambda_old)[0][0] : 0;
         after = v3_scale(down(mu[0], in), edge_behind(s, xo, s->after ? s->after->x_old : NULL, v3_zero()));
       }
       to = v3_axpy(to, w[r], v3_sub(after, before));
@@ -343,11 +351,11 @@ static void spread_rates(hb_strip *s) {
     spread_rows(&(effect){s, false, false, true, 0});
 }
 
-/* A sum over all velocities. */
+/* A sum over all velocities and forces. */
 static void sum_up(hb_strip *s) {
-  const lanes *v = s->v;
+  const lanes *v = s->v, *f = s->f;
   lanes sum = none();
-  for (int r = 0; r <= s->rows; r++) sum += (v[3 * r] + v[3 * r + 1]) + v[3 * r + 2];
+  for (int k = 0; k < 3 * (s->rows + 1); k++) sum += v[k] + f[k];
   *(lanes *)s->finite = sum;
 }
 

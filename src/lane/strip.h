@@ -22,6 +22,7 @@
   F(v, 1, 3, "velocities")                                                                                   \
   F(f, 1, 3, "force on the vertices without constraints")                                                    \
   F(lambda, 0, 1, "pull of each edge per its vector, summed over a projection")                              \
+  F(lambda_old, 0, 1, "the same at the start of the step, a first guess for schemes that use one")           \
   F(mobility, 1, 1, "1/mass, 0 for a prescribed vertex")                                                     \
   F(half_rest2, 0, 1, "|e-bar|^2/2")                                                                         \
   F(judge, 0, 1, "what makes (|e|^2 - |e-bar|^2)/2 the length error that the tolerance speaks of")           \
@@ -109,7 +110,8 @@ typedef struct hb_lane_kernels {
   const char *name; /* "double avx2" ... */
   int lanes;
   bool single;
-  /* v = v_old + kick M^-1 f; x = x_old + drift v; with guess: and the pull of lambda along the old edges. */
+  /* v = v_old + kick M^-1 f; x = x_old + drift v; with guess: and the pull of lambda_old along the old edges,
+   * with which lambda begins. */
   void (*advance)(hb_strip *strip, double kick, double drift, bool guess);
   /* Assembles and eliminates the rows of the length constraints; along: corrections go along the old edges.
    */
@@ -140,7 +142,7 @@ typedef struct hb_lane_kernels {
    * edges, then kicked), and elimination for their projection. */
   void (*eliminate_rates)(hb_strip *strip, double kick, double inv_h);
   void (*spread_rates)(hb_strip *strip);
-  /* Leaves a sum in `finite` that is a number if all velocities are. */
+  /* Leaves a sum in `finite` that is a number if all velocities and forces are. */
   void (*sum_up)(hb_strip *strip);
 } hb_lane_kernels;
 

@@ -126,19 +126,23 @@ static bool all_full(const hb_unit *u, int lane) {
 }
 
 /* What was at the start of the step becomes the old; the new is written over what was old before. */
-static void turn_over(hb_unit *u) {
-  for (int g = 0; g < u->strip_count; g++) {
-    hb_strip *s = &u->strips[g];
-    void *x = s->x, *v = s->v;
+static void turn_over(const journey *j) {
+  for (int g = 0; g < j->u->strip_count; g++) {
+    hb_strip *s = &j->u->strips[g];
+    void *x = s->x, *v = s->v, *lambda = s->lambda;
     s->x = s->x_old;
     s->x_old = x;
     s->v = s->v_old;
     s->v_old = v;
+    if (!j->along) continue; /* nobody looks at the multipliers of the other scheme */
+    s->lambda = s->lambda_old;
+    s->lambda_old = lambda;
   }
 }
 
-/* Prescribed vertices that move: to their places at time t. exact: their velocity is the formula's, else the
- * way over h. */
+/* Prescribed vertices to their places at time t. exact: their velocity is the formula's, else the way over h.
+ * Those that do not move stay by themselves, without mobility and velocity; only a state that was written to
+ * may have them elsewhere. */
 static void place(const journey *j, bool exact) {
   const hb_model *m = j->s->model;
   for (int n = 0; n < j->u->rod_count; n++) {
@@ -146,7 +150,7 @@ static void place(const journey *j, bool exact) {
     for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++) {
       const hb_position_support *p = &m->positions[k];
       double x[3], v[3], old[3], rate[3] = {0, 0, 0}, base[3] = {0}, base_v[3] = {0};
-      if (!hb_support_moves(m, p)) continue; /* without mobility and velocity it stays by itself */
+      if (!j->u->fresh && !hb_support_moves(m, p)) continue;
       int i = p->slot - rod->first;
       hb_unit_get3(j->u, n, i, AT(x), x);
       hb_unit_get3(j->u, n, i, AT(v), v);
@@ -173,7 +177,8 @@ static bool solve_rows(const journey *j, bool rates) {
 /* Which rods are done after a look at their lengths; -1 if one never will be. */
 static int judge_lengths(const journey *j, int iteration, const double *tolerance, double *worst) {
   hb_unit *u = j->u;
-  int going = 0;
+  int going = 0, limit = j->s->model->def->method.max_projections;
+  if (limit > FIXED_ITERATIONS) limit = FIXED_ITERATIONS;
   for (int n = 0; n < u->rod_count; n++) {
     hb_strip *s = u->strips;
     if (!(hb_strip_get(s, s->active, 0, n) > 0)) continue;
@@ -181,13 +186,26 @@ static int judge_lengths(const journey *j, int iteration, const double *toleranc
     if (worst[n] <= *tolerance) {
       hb_strip_set(s, s->active, 0, n, 0);
       if (worst[n] > u->length_error) u->length_error = worst[n];
-    } else if (!(worst[n] < HUGE_VAL) || iteration >= FIXED_ITERATIONS) {
+    } else if (!(worst[n] < HUGE_VAL) || iteration >= limit) {
       return -1;
     } else {
       going++;
     }
   }
   return going;
+}
+
+/* Are two neighbouring vertices led by formulas? No correction changes the edge between them, so what one
+ * leaves says nothing of its length. Tangents keep it by themselves. */
+static bool leads_edges(const hb_model *m, const hb_rod *rod) {
+  for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++) {
+    const hb_position_support *p = &m->positions[k];
+    if (p->tangent || !hb_support_moves(p)) continue;
+    const double *w = m->inv_mass + 3 * p->slot;
+    if ((p->slot > rod->first && w[-3] == 0) || (p->slot + 1 < rod->first + rod->nv && w[3] == 0))
+      return true;
+  }
+  return false;
 }
 
 /* Which are done because what a correction leaves is known to be nothing; how many are not. */
@@ -199,7 +217,8 @@ static int judge_corrections(const journey *j, bool closed, double tolerance, co
     if (!(hb_strip_get(s, s->active, 0, n) > 0)) continue;
     u->tally[HB_S_PROJECTIONS]++;
     double left = largest(u, AT(left), n);
-    if (closed && all_full(u, n) && left <= 0.25 * tolerance && worst[n] < 1e-2 && tolerance >= 1e-12) {
+    if (closed && left <= 0.25 * tolerance && worst[n] < 1e-2 && tolerance >= 1e-12 && all_full(u, n) &&
+        !leads_edges(j->s->model, &j->s->model->rods[u->rods[n]])) {
       hb_strip_set(s, s->active, 0, n, 0);
       if (left > u->length_error) u->length_error = left;
     } else {
@@ -634,7 +653,7 @@ static hb_status step_rods(const journey *j, hb_rod_step step_rod, hb_error *err
   hb_stepper *s = j->s;
   hb_unit *u = j->u;
   hb_status status = HB_OK;
-  turn_over(u);
+  turn_over(j);
   memset(u->tally, 0, sizeof u->tally);
   u->length_error = 0;
   hb_unit_store(s->model, s->state, u);
@@ -643,6 +662,7 @@ static hb_status step_rods(const journey *j, hb_rod_step step_rod, hb_error *err
     status = step_rod(s, &s->model->rods[u->rods[n]], j->t, j->h, err);
   hb_unit_load(s->model, s->state, u);
   u->length_error = s->length_error;
+  u->finite = false; /* not known: let the state be looked through */
   return status;
 }
 
@@ -658,7 +678,7 @@ static void begin(const journey *j) {
   j->u->length_error = 0;
   hb_stepper_begin(j->s);
   keep_support_forces(j);
-  turn_over(j->u);
+  turn_over(j);
 }
 
 /* Symplectic Euler with fast projection. */
@@ -667,11 +687,13 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
   journey j = {s, u, s->plan->kernels, t, h, false};
   begin(&j);
   all_strips(&j, ADVANCE);
+  if (u->fresh) place(&j, false); /* none of them moves (time/rods.c) */
   hb_stepper_end(s, HB_STAGE_MOVE);
   if (fit_lengths(&j) == IRREGULAR) return step_rods(&j, step_rod, err);
   hb_stepper_end(s, HB_STAGE_PROJECT);
   hb_status status = evaluate(&j, err);
   if (status) return status;
+  if (u->fresh > 0) u->fresh--;
   book_supports(&j);
   keep_rates(&j);
   all_strips(&j, SUM_UP);
@@ -697,6 +719,7 @@ hb_status hb_lane_step_verlet(hb_stepper *s, hb_unit *u, double t, double h, hb_
   all_strips(&j, SPREAD_RATES);
   for (int g = 0; g < u->strip_count; g++) j.k->join_spread(&u->strips[g], false);
   hb_stepper_end(s, HB_STAGE_PROJECT);
+  if (u->fresh > 0) u->fresh--;
   book_supports(&j);
   keep_rates(&j);
   u->finite = is_finite(u);

@@ -97,6 +97,7 @@ static void load_unit(void *context, int index, int worker) {
   hb_stepper *s = context;
   (void)worker;
   hb_unit_load(s->model, s->state, &s->plan->units[index]);
+  s->plan->units[index].fresh = 2;
 }
 
 /* Lanes to state. */
