@@ -1,0 +1,36 @@
+/* What the files of `hebra bench` share: cases, what was measured of them, the machine. */
+#ifndef HB_CLI_BENCH_H
+#define HB_CLI_BENCH_H
+
+#include "cli/cli.h"
+
+/* Settings of a method that cases may vary; 1 where hb_method_def has the field. */
+#define CLI_BENCH_THREADS 0   /* hb_method_def.threads */
+#define CLI_BENCH_PRECISION 0 /* hb_method_def.precision */
+
+/* ---- cases: bench_cases.c ---- */
+
+/* Rods to step, and how. */
+typedef struct cli_bench_case {
+  const char *group, *integrator;
+  bool general; /* anisotropic and curved at rest; else isotropic and straight */
+  int rods;     /* >= 1 */
+  int vertices; /* of each rod, >= 5; 0: 20 to 80, another number for every rod, 50 on the average */
+  int threads;  /* 0: as the library chooses */
+  bool single;  /* in single precision */
+} cli_bench_case;
+
+/* A case that runs. */
+typedef struct cli_bench_run {
+  hb_scene_def def;
+  hb_model *model;
+  hb_sim *sim;
+} cli_bench_run;
+
+/* Vertices of rod r of a case. */
+int cli_bench_vertices(const cli_bench_case *c, int r);
+/* Makes the simulation of a case; cli_bench_stop frees it, also after a failure. */
+hb_status cli_bench_start(const cli_bench_case *c, cli_bench_run *run, hb_error *err);
+void cli_bench_stop(cli_bench_run *run);
+
+#endif
