@@ -45,12 +45,12 @@ def compiled_by(path):
     return about['compiler'], about['target']
 
 
-def run(path, case, isa, options=()):
-    """Runs one case under callgrind: (its line of JSON, text of the profile). Only what happens within count_steps()
+def run(path, case, isa, options=(), within='count_steps'):
+    """Runs one case under callgrind: (its line of JSON, text of the profile). Only what happens within one function
     is collected; isa is the path that the library is to take, whatever this machine can do."""
     with tempfile.TemporaryDirectory() as folder:
         profile = pathlib.Path(folder) / 'profile'
-        command = ['valgrind', '--tool=callgrind', '--toggle-collect=count_steps', f'--callgrind-out-file={profile}',
+        command = ['valgrind', '--tool=callgrind', f'--toggle-collect={within}', f'--callgrind-out-file={profile}',
                    '--compress-strings=no', '--compress-pos=no', *options, path, *map(str, case)]
         done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, 'HEBRA_ISA': isa})
         if done.returncode != 0 or not profile.exists():

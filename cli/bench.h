@@ -33,4 +33,20 @@ int cli_bench_vertices(const cli_bench_case *c, int r);
 hb_status cli_bench_start(const cli_bench_case *c, cli_bench_run *run, hb_error *err);
 void cli_bench_stop(cli_bench_run *run);
 
+/* ---- operations and bytes per vertex and step: bench_counts.c, written by bench/count ---- */
+
+/* One case, counted on a rod of 200 vertices or on 24 rods of 50. Stages in the order of hb_stage, and the
+ * rest. */
+typedef struct cli_bench_count {
+  const char *name, *integrator;
+  bool general, many;
+  double projections, twist_iterations; /* per rod and step, when it was counted */
+  double traffic;                       /* bytes that go through a cache of 1 MiB */
+  double operations[HB_STAGE_COUNT + 1];
+  double bytes[HB_STAGE_COUNT + 1]; /* that instructions load and store */
+} cli_bench_count;
+extern const cli_bench_count cli_bench_counts[];
+extern const int cli_bench_count_rows;
+extern const char *const cli_bench_counted_by; /* compiler, target, HEBRA_ISA */
+
 #endif
