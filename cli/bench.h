@@ -49,4 +49,20 @@ extern const cli_bench_count cli_bench_counts[];
 extern const int cli_bench_count_rows;
 extern const char *const cli_bench_counted_by; /* compiler, target, HEBRA_ISA */
 
+/* ---- the machine: bench_peak.c ---- */
+
+/* Levels of memory: three caches and what is behind them. */
+enum { CLI_BENCH_LEVELS = 4 };
+
+typedef struct cli_bench_machine {
+  char name[128];
+  int processors;
+  const char *isa; /* instruction set of the fastest multiply-adds: "avx512", "avx2", "portable" */
+  double fused[2]; /* GFlop/s of one core with multiply-adds, in double and in single precision */
+  double apart[2]; /* with as many multiplications as additions, nothing fused */
+  size_t size[3];  /* bytes of the caches */
+  double bandwidth[CLI_BENCH_LEVELS]; /* GB/s that one core reads and writes */
+} cli_bench_machine;
+hb_status cli_bench_measure_machine(cli_bench_machine *machine, hb_error *err);
+
 #endif
