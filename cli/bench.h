@@ -3,6 +3,7 @@
 #define HB_CLI_BENCH_H
 
 #include "cli/cli.h"
+#include "output/json.h"
 
 /* Settings of a method that cases may vary; 1 where hb_method_def has the field. */
 #define CLI_BENCH_THREADS 0   /* hb_method_def.threads */
@@ -64,5 +65,51 @@ typedef struct cli_bench_machine {
   double bandwidth[CLI_BENCH_LEVELS]; /* GB/s that one core reads and writes */
 } cli_bench_machine;
 hb_status cli_bench_measure_machine(cli_bench_machine *machine, hb_error *err);
+
+/* ---- measuring: bench_measure.c ---- */
+
+/* What was measured of a case. */
+typedef struct cli_bench_result {
+  long vertices;                        /* of all rods */
+  double ns;                            /* per vertex and step, the best of many trials */
+  double stage[HB_STAGE_COUNT];         /* shares of the time, 1 in all */
+  double projections, twist_iterations; /* per rod and step */
+  double memory;                        /* bytes per vertex */
+} cli_bench_result;
+hb_status cli_bench_measure(const cli_bench_case *c, bool quick, cli_bench_result *out, hb_error *err);
+
+/* How a case stands against the machine; NAN where nothing was counted of such rods. */
+typedef struct cli_bench_rate {
+  const cli_bench_count *count; /* NULL: nothing was counted */
+  double gflops, of_peak;       /* operations, and their share of the peak in that precision */
+  int level;    /* of memory: 0 if the rods have room in the second cache, else the one that holds them */
+  double bytes; /* per vertex and step: at level 0 what instructions move, else the traffic */
+  double gbytes, of_bandwidth; /* GB/s, and their share of the level's bandwidth */
+} cli_bench_rate;
+cli_bench_rate cli_bench_compare(const cli_bench_case *c, const cli_bench_result *r,
+                                 const cli_bench_machine *machine);
+
+/* ---- saying it: bench_table.c ---- */
+
+/* Where figures go: a table on standard output, or JSON. */
+typedef struct cli_bench_report {
+  bool quick;
+  hb_json *json;      /* NULL: a table */
+  const char *scenes; /* directory of the scene files */
+  const int *sizes;   /* vertices of the rods of group `one` */
+  int size_count;
+  cli_bench_machine machine;
+} cli_bench_report;
+extern const char *const cli_bench_level_names[CLI_BENCH_LEVELS];
+void cli_bench_say_machine(const cli_bench_report *report);
+void cli_bench_say_heads(const cli_bench_report *report);
+void cli_bench_say_row(const cli_bench_report *report, const cli_bench_case *c, const cli_bench_result *r);
+/* The stages of some cases. Nothing with JSON, where every row has them. */
+void cli_bench_say_stages(const cli_bench_report *report, const cli_bench_case *cases,
+                          const cli_bench_result *results, int count);
+
+/* ---- with files: bench_files.c ---- */
+hb_status cli_bench_start_up(const cli_bench_report *report, hb_error *err);
+hb_status cli_bench_output(const cli_bench_report *report, hb_error *err);
 
 #endif

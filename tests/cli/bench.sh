@@ -1,0 +1,49 @@
+#!/bin/bash
+# hebra bench: groups, options, tables, JSON; nothing is left behind.
+source "$(dirname "$0")/../support/cli.sh"
+export TMPDIR=$work/tmp
+mkdir -p "$TMPDIR"
+# judge CODE: Python that looks at the JSON of the last run as b; false fails.
+judge() { python3 -c "import json, sys; b = json.load(open(sys.argv[1])); assert ($1), b" "$work/.out"; }
+rows() { grep -c '^\(isotropic\|general\) .*%$' <<<"$out"; }
+
+run "$HEBRA" bench one --quick --sizes 25,1000
+wants 0 'GFlop/s with fused multiply-adds' 'bandwidth: L1' 'one: one rod' 'isotropic symplectic-euler' 'general   verlet' 'project'
+check "a row for each rod, integrator and size" test "$(rows)" = 8
+check "stages of the middle size" test "$(grep -c ' L1$' <<<"$out")" -ge 16
+check "no other group" test "$(grep -c '^\(many\|start\|output\):' <<<"$out")" = 0
+
+run "$HEBRA" bench one start --json --quick --sizes 60
+wants 0
+check "two groups" judge 'len(b["steps"]) == 4 and len(b["start"]) == 5 and b["output"] == []'
+check "the machine" judge 'b["machine"]["gflops_double"] > 0.05 and b["machine"]["processors"] > 0 and
+  all(b["machine"]["gbytes_per_second"][level] > 0.01 for level in ("L1", "L2", "L3", "memory"))'
+check "every case has its figures" judge 'all(s["group"] == "one" and s["vertices"] == 60 and s["rods"] == 1 and
+  s["ns_per_vertex_step"] > 0 and s["projections_per_step"] > 1 and s["memory_per_vertex"] > 100 and s["of_peak"] > 0 and
+  s["bytes"] > 100 and s["of_bandwidth"] > 0 for s in b["steps"])'
+check "the twist of general rods is iterated" judge '[s["twist_iterations_per_step"] > 0 for s in b["steps"]] ==
+  [s["rod"] == "general" for s in b["steps"]]'
+check "stages make up the whole" judge 'all(abs(sum(t["share"] for t in s["stages"].values()) - 1) < 1e-9 and
+  set(s["stages"]) == {"twist", "elastic", "loads", "move", "project"} for s in b["steps"])'
+# Rates are what was counted over what was timed.
+check "rates fit" judge 'all(abs(s["gflops"] / b["machine"]["gflops_double"] / s["of_peak"] - 1) < 1e-9 and
+  abs(s["bytes"] / s["ns_per_vertex_step"] / s["gbytes_per_second"] - 1) < 1e-9 for s in b["steps"])'
+check "small scenes start at once" judge '0 < b["start"][0]["ms"] < 500 and "thesis-3-tree" in b["start"][4]["what"]'
+
+run "$HEBRA" bench many --json --quick
+wants 0
+check "shapes of many rods" judge '[(s["rods"], s["vertices"], s["vertices_in_all"]) for s in b["steps"]][:3] ==
+  [(1000, 50, 50000), (100, 100, 10000), (1000, None, 49976)]'
+run "$HEBRA" bench output --json --quick
+wants 0
+check "output is written" judge 'len(b["output"]) == 3 and b["steps"] == [] and all(o["bytes_per_frame"] > 200 * o["vertices"]
+  for o in b["output"])'
+
+run "$HEBRA" bench start --quick --scenes "$work/none"; wants 0 'text to first step' "$work/none/thesis-1-twisted.yaml" '--scenes'
+run "$HEBRA" bench oen; wants 2 '"oen" is not a group' 'one, many'
+run "$HEBRA" bench --sizes 4; wants 2 '--sizes "4"' '5 to 10000000'
+run "$HEBRA" bench --sizes 25,; wants 2 '--sizes "25,"'
+run "$HEBRA" bench --sizes; wants 2 '--sizes needs a value'
+run env TMPDIR="$work/nowhere" "$HEBRA" bench output --quick; wants 1 "$work/nowhere/hebra-bench" TMPDIR
+check "nothing is left behind" test -z "$(ls -A "$TMPDIR")"
+finish
