@@ -109,7 +109,7 @@ static void say_start(const cli_bench_report *report, const char *what, double s
 /* The verb `run` on a scene file, with all it writes: the best of a few. */
 static hb_status run_scene(const cli_bench_report *report, const char *name, hb_error *err) {
   char path[PATH_MAX], directory[PATH_MAX], what[PATH_MAX];
-  double best = INFINITY;
+  double best = HUGE_VAL;
   int length = snprintf(path, sizeof path, "%s/%s.yaml", report->scenes, name);
   if (length >= (int)sizeof path || access(path, R_OK) != 0) {
     fprintf(stderr,
@@ -138,7 +138,7 @@ static hb_status run_scene(const cli_bench_report *report, const char *name, hb_
 /* A small scene from the command line. */
 static hb_status run_process(const cli_bench_report *report, hb_error *err) {
   char directory[PATH_MAX], scene[PATH_MAX + 32];
-  double best = INFINITY, seconds;
+  double best = HUGE_VAL, seconds;
   hb_status status = make_directory(directory, sizeof directory, err);
   if (status) return status;
   snprintf(scene, sizeof scene, "%s/small.yaml", directory);
@@ -155,7 +155,7 @@ static hb_status run_process(const cli_bench_report *report, hb_error *err) {
 /* The group `start`. */
 hb_status cli_bench_start_up(const cli_bench_report *report, hb_error *err) {
   const char *const scenes[] = {"thesis-1-twisted", "thesis-2-catenary", "thesis-3-tree"};
-  double best = INFINITY, seconds = 0;
+  double best = HUGE_VAL, seconds = 0;
   hb_status status = HB_OK;
   for (int trial = 0; !status && trial < 20; trial++) {
     status = first_step(&seconds, err);
@@ -191,7 +191,7 @@ static hb_status step_and_write(cli_bench_run *run, hb_frame *frame, const char 
 static hb_status compare_output(const cli_bench_report *report, const cli_bench_case *c, int frames,
                                 const char *directory, hb_error *err) {
   char path[PATH_MAX + 32];
-  double alone = INFINITY, writing = INFINITY, seconds;
+  double alone = HUGE_VAL, writing = HUGE_VAL, seconds;
   long vertices = 0;
   cli_bench_run run;
   hb_frame *frame = NULL;

@@ -112,9 +112,9 @@ static const cli_bench_count *find_count(const cli_bench_case *c) {
 cli_bench_rate cli_bench_compare(const cli_bench_case *c, const cli_bench_result *r,
                                  const cli_bench_machine *machine) {
   cli_bench_rate rate = {
-      .count = find_count(c), .gflops = NAN, .of_peak = NAN, .level = CLI_BENCH_LEVELS - 1};
+      .count = find_count(c), .gflops = (double)NAN, .of_peak = (double)NAN, .level = CLI_BENCH_LEVELS - 1};
   double operations = 0, bytes = 0, held = r->memory * (double)r->vertices;
-  rate.bytes = rate.gbytes = rate.of_bandwidth = NAN;
+  rate.bytes = rate.gbytes = rate.of_bandwidth = (double)NAN;
   for (int level = CLI_BENCH_LEVELS - 2; level >= 0; level--)
     if (held <= (double)machine->size[level]) rate.level = level;
   if (rate.level == 1) rate.level = 0; /* what waits is the way into the registers */

@@ -4,8 +4,8 @@ if(HEBRA_SANITIZE OR HEBRA_FUZZ)
   return()
 endif()
 include(CheckCCompilerFlag)
-# Line tables change no instruction; by them bench/count knows the source file of a function.
-set(HEBRA_COUNTED_FLAGS -O3 -g1)
+# Line tables (of a kind that valgrind reads from any compiler) change no instruction; by them bench/count knows the source file of a function.
+set(HEBRA_COUNTED_FLAGS -O3 -g1 -gdwarf-4)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
   check_c_compiler_flag(-march=x86-64-v3 HEBRA_HAS_X86_64_V3)
   if(HEBRA_HAS_X86_64_V3)
