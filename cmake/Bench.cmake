@@ -4,7 +4,8 @@ if(HEBRA_SANITIZE OR HEBRA_FUZZ)
   return()
 endif()
 include(CheckCCompilerFlag)
-# Line tables (of a kind that valgrind reads from any compiler) change no instruction; by them bench/count knows the source file of a function.
+# Line tables change no instruction; by them bench/count knows the source file of a function. Version 4 is what valgrind
+# reads from any compiler.
 set(HEBRA_COUNTED_FLAGS -O3 -g1 -gdwarf-4)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
   check_c_compiler_flag(-march=x86-64-v3 HEBRA_HAS_X86_64_V3)
@@ -17,7 +18,7 @@ add_library(hebra_counted STATIC ${sources})
 add_executable(count_steps ${PROJECT_SOURCE_DIR}/bench/count_steps.c ${PROJECT_SOURCE_DIR}/cli/bench_cases.c)
 target_link_libraries(count_steps PRIVATE hebra_counted m)
 foreach(target hebra_counted count_steps)
-  set_target_properties(${target} PROPERTIES HEBRA_ANY_MACHINE ON)
+  set_target_properties(${target} PROPERTIES HEBRA_ANY_MACHINE ON POSITION_INDEPENDENT_CODE ON)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src
     ${PROJECT_SOURCE_DIR})
   target_link_libraries(${target} PRIVATE hebra_flags)
