@@ -63,6 +63,7 @@ typedef struct cli_bench_machine {
   double apart[2]; /* with as many multiplications as additions, nothing fused */
   size_t size[3];  /* bytes of the caches */
   double bandwidth[CLI_BENCH_LEVELS]; /* GB/s that one core reads and writes */
+  double core_share; /* of a core that this process had while it measured: well below 1 if other work runs */
 } cli_bench_machine;
 hb_status cli_bench_measure_machine(cli_bench_machine *machine, hb_error *err);
 

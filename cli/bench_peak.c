@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 /* One trial takes about this long, in seconds; the best of many counts: short ones find moments in which
@@ -242,6 +243,9 @@ hb_status cli_bench_measure_machine(cli_bench_machine *m, hb_error *err) {
   find_name(m->name, sizeof m->name);
   m->processors = (int)sysconf(_SC_NPROCESSORS_ONLN);
   for (int level = 0; level < 3; level++) m->size[level] = cache_size(level);
+  double started = hb_clock_now(), used = (double)clock();
   measure_arithmetic(m);
+  used = ((double)clock() - used) / (double)CLOCKS_PER_SEC;
+  m->core_share = used / (hb_clock_now() - started);
   return measure_memory(m, err);
 }

@@ -21,6 +21,7 @@ static void write_machine(hb_json *json, const cli_bench_machine *m) {
   hb_json_text(json, "processor", m->name);
   hb_json_integer(json, "processors", m->processors);
   hb_json_text(json, "instructions", m->isa);
+  hb_json_number(json, "core_share", m->core_share);
   hb_json_number(json, "gflops_double", m->fused[0]);
   hb_json_number(json, "gflops_single", m->fused[1]);
   hb_json_number(json, "gflops_double_not_fused", m->apart[0]);
@@ -55,6 +56,9 @@ void cli_bench_say_machine(const cli_bench_report *report) {
   printf("bandwidth: L1 %.0f, L2 %.0f, L3 %.0f, memory %.0f GB/s (%zu KiB, %zu KiB, %zu MiB)\n",
          m->bandwidth[0], m->bandwidth[1], m->bandwidth[2], m->bandwidth[3], m->size[0] >> 10,
          m->size[1] >> 10, m->size[2] >> 20);
+  if (m->core_share < 0.9)
+    printf("note: other work took %.0f %% of the core meanwhile; times may come out too long\n",
+           100 * (1 - m->core_share));
 }
 
 /* Heads of the columns of a group. */

@@ -17,6 +17,7 @@ wants 0
 check "all groups" judge '[s["group"] for s in b["steps"]] == 4 * ["one"] + 12 * ["many"] and len(b["start"]) == 5 and
   len(b["output"]) == 3'
 check "the machine" judge 'b["machine"]["gflops_double"] > 0.05 and b["machine"]["processors"] > 0 and
+  0 < b["machine"]["core_share"] < 1.05 and
   all(b["machine"]["gbytes_per_second"][level] > 0.01 for level in ("L1", "L2", "L3", "memory"))'
 check "one rod of 60 vertices" judge 'all(s["vertices"] == 60 and s["rods"] == 1 for s in b["steps"][:4])'
 check "shapes of many rods" judge '[(s["rods"], s["vertices"], s["vertices_in_all"]) for s in b["steps"]][4:7] ==
