@@ -88,6 +88,7 @@ int main(int argc, char **argv) {
     double projections = scalar[HB_S_PROJECTIONS], twists = scalar[HB_S_TWIST_ITERATIONS];
     double rod_steps = (double)steps * c.rods;
     status = count_steps(run.sim, steps, &err);
+    scalar = hb_sim_const_state(run.sim)->scalar;
     printf("{\"vertices\": %ld, \"projections\": %.17g, \"twist_iterations\": %.17g, \"memory\": %zu}\n",
            vertices, (scalar[HB_S_PROJECTIONS] - projections) / rod_steps,
            (scalar[HB_S_TWIST_ITERATIONS] - twists) / rod_steps, hb_sim_memory(run.sim));

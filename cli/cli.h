@@ -24,4 +24,8 @@ int cli_fail(const char *verb, const hb_error *err);
 /* The same for a mistake in the arguments: prints the sentence and how to get help; returns CLI_BAD_INPUT. */
 int cli_usage(const cli_verb *verb, const char *format, ...) HB_PRINTF(2, 3);
 
+/* How rods are stepped, from the environment: HEBRA_ISA=portable keeps to what every processor has,
+ * HEBRA_ISA=scalar takes vertex by vertex; anything else, or nothing, is the fastest. */
+hb_lane_choice cli_lanes(void);
+
 #endif

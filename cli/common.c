@@ -3,6 +3,8 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* Prints the sentence of an error. */
 int cli_fail(const char *verb, const hb_error *err) {
@@ -19,4 +21,12 @@ int cli_usage(const cli_verb *verb, const char *format, ...) {
   va_end(args);
   fprintf(stderr, "\nhebra %s --help explains its arguments.\n", verb->name);
   return CLI_BAD_INPUT;
+}
+
+/* HEBRA_ISA. */
+hb_lane_choice cli_lanes(void) {
+  const char *isa = getenv("HEBRA_ISA");
+  if (isa && strcmp(isa, "portable") == 0) return HB_LANES_PORTABLE;
+  if (isa && strcmp(isa, "scalar") == 0) return HB_LANES_OFF;
+  return HB_LANES_BEST;
 }

@@ -1,6 +1,6 @@
 /* hebra plot: curves of a trajectory, as PNG or SVG. */
 #include "cli/chart.h"
-#include "cli/cli.h"
+#include "cli/picture.h"
 
 #include "base/memory.h"
 
@@ -18,12 +18,6 @@ typedef struct request {
   const cli_chart_kind *kinds[CLI_CHART_PANELS];
   int kind_count;
 } request;
-
-/* Does the name end like this? */
-static bool ends_with(const char *name, const char *end) {
-  size_t n = strlen(name), m = strlen(end);
-  return n > m && strcmp(name + n - m, end) == 0;
-}
 
 /* The kind of that name. */
 static const cli_chart_kind *find_kind(const char *name, size_t length) {
@@ -56,25 +50,13 @@ static int read_kinds(request *r) {
   }
 }
 
-/* WxH. */
-static bool read_size(const char *text, request *r) {
-  char *end = NULL;
-  long w = strtol(text, &end, 10);
-  if (end == text || *end != 'x') return false;
-  const char *rest = end + 1;
-  long h = strtol(rest, &end, 10);
-  if (end == rest || *end || w < 200 || h < 150 || w > 8192 || h > 8192) return false;
-  r->width = (int)w;
-  r->height = (int)h;
-  return true;
-}
-
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, request *r) {
   static const struct option longs[] = {
       {"output", required_argument, NULL, 'o'}, {"what", required_argument, NULL, 'w'},
       {"frames", required_argument, NULL, 'f'}, {"rod", required_argument, NULL, 'r'},
       {"size", required_argument, NULL, 's'},   {NULL, 0, NULL, 0}};
+  static const int least[2] = {200, 150};
   *r = (request){.out = "plot.png", .what = "energies,twist,length,curvature"};
   opterr = 0;
   for (int c; (c = getopt_long(argc, argv, ":o:", longs, NULL)) != -1;) {
@@ -84,7 +66,7 @@ static int parse(int argc, char **argv, request *r) {
     case 'f': r->frames = optarg; break;
     case 'r': r->rod = optarg; break;
     case 's':
-      if (!read_size(optarg, r))
+      if (!cli_read_size(optarg, least, &r->width, &r->height))
         return cli_usage(&cli_verb_plot, "--size needs WIDTHxHEIGHT, 200x150 to 8192x8192, found '%s'",
                          optarg);
       break;
@@ -92,10 +74,9 @@ static int parse(int argc, char **argv, request *r) {
     default: return cli_usage(&cli_verb_plot, "unknown option %s", argv[optind - 1]);
     }
   }
-  if (optind != argc - 1)
-    return cli_usage(&cli_verb_plot, "%s", optind < argc ? "one trajectory at a time" : "which trajectory?");
-  r->path = argv[optind];
-  if (!ends_with(r->out, ".png") && !ends_with(r->out, ".svg"))
+  int result = cli_read_trajectory(&cli_verb_plot, argc, argv, &r->path);
+  if (result >= 0) return result;
+  if (!cli_ends_with(r->out, ".png") && !cli_ends_with(r->out, ".svg"))
     return cli_usage(&cli_verb_plot, "-o %s: the name must end in .png or .svg", r->out);
   return read_kinds(r);
 }
@@ -175,7 +156,7 @@ static void say_style(const request *r, cli_chart *c) {
     title[n++] = (unsigned char)*p < 32 ? ' ' : *p;
   }
   title[n] = 0;
-  if (ends_with(r->out, ".svg"))
+  if (cli_ends_with(r->out, ".svg"))
     cli_chart_say(
         c, "set terminal svg size %d,%d dynamic noenhanced font 'DejaVu Sans,13' background '#fcfbf9'\n",
         width, height);
@@ -205,10 +186,8 @@ static hb_status plot(const request *r, cli_chart *c, hb_error *err) {
   const char *const argv[] = {"gnuplot", "-", NULL};
   if (!part_name(r->out, part, sizeof part))
     return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
-  FILE *probe = fopen(part, "wb"); /* so that the sentence names the file and not the program */
-  if (!probe)
-    return hb_fail(err, HB_ERR_IO, "%s: the picture cannot be written: %s", r->out, strerror(errno));
-  fclose(probe);
+  hb_status writable = cli_try_file(part, r->out, "picture", err);
+  if (writable != HB_OK) return writable;
   c->status = cli_pipe_open(&c->pipe, argv, "gnuplot-nox", part, err);
   if (c->status != HB_OK) {
     remove(part);

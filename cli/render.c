@@ -1,6 +1,6 @@
 /* hebra render: pictures and films of a trajectory. */
 #include "cli/cast.h"
-#include "cli/cli.h"
+#include "cli/picture.h"
 #include "cli/pipe.h"
 
 #include "base/memory.h"
@@ -44,19 +44,6 @@ static bool read_number(const char *text, double *out) {
   return end != text && !*end && isfinite(*out);
 }
 
-/* WxH. */
-static bool read_size(const char *text, request *r) {
-  char *end = NULL;
-  long w = strtol(text, &end, 10);
-  if (end == text || *end != 'x') return false;
-  const char *rest = end + 1;
-  long h = strtol(rest, &end, 10);
-  if (end == rest || *end || w < 64 || h < 64 || w > 8192 || h > 8192) return false;
-  r->width = (int)w;
-  r->height = (int)h;
-  return true;
-}
-
 /* x,y,z, not all zero. */
 static bool read_direction(const char *text, double out[3]) {
   double size = 0;
@@ -80,6 +67,7 @@ static bool read_frame(const char *text, long *out) {
 
 /* One option; false if its value is not allowed, with the sentence in *what. */
 static bool take_option(int c, const char *value, request *r, const char **what) {
+  static const int least[2] = {64, 64};
   double number = 0;
   switch (c) {
   case 'o': r->out = value; return true;
@@ -90,7 +78,9 @@ static bool take_option(int c, const char *value, request *r, const char **what)
     r->camera = strcmp(value, "camera") == 0;
     return r->camera || strcmp(value, "three") == 0;
   case 'd': *what = "--from needs a direction x,y,z"; return r->camera = read_direction(value, r->from);
-  case 's': *what = "--size needs WIDTHxHEIGHT, each side 64 to 8192"; return read_size(value, r);
+  case 's':
+    *what = "--size needs WIDTHxHEIGHT, each side 64 to 8192";
+    return cli_read_size(value, least, &r->width, &r->height);
   case 'p':
     *what = "--fps needs a whole number from 1 to 240";
     if (!read_number(value, &number) || number < 1 || number > 240 || number != floor(number)) return false;
@@ -105,15 +95,9 @@ static bool take_option(int c, const char *value, request *r, const char **what)
   }
 }
 
-/* Does the name end like this? */
-static bool ends_with(const char *name, const char *end) {
-  size_t n = strlen(name), m = strlen(end);
-  return n > m && strcmp(name + n - m, end) == 0;
-}
-
 /* Is a film asked for? */
 static bool is_film(const request *r) {
-  return ends_with(r->out, ".mp4") || ends_with(r->out, ".gif") || ends_with(r->out, ".webm");
+  return cli_ends_with(r->out, ".mp4") || cli_ends_with(r->out, ".gif") || cli_ends_with(r->out, ".webm");
 }
 
 /* Parses argv; an exit status, or -1 to go on. */
@@ -141,11 +125,9 @@ static int parse(int argc, char **argv, request *r) {
     if (!take_option(c, optarg, r, &what))
       return cli_usage(&cli_verb_render, "%s, found '%s'", what, optarg ? optarg : "");
   }
-  if (optind != argc - 1)
-    return cli_usage(&cli_verb_render, "%s",
-                     optind < argc ? "one trajectory at a time" : "which trajectory?");
-  r->path = argv[optind];
-  if (!is_film(r) && !ends_with(r->out, ".png"))
+  int result = cli_read_trajectory(&cli_verb_render, argc, argv, &r->path);
+  if (result >= 0) return result;
+  if (!is_film(r) && !cli_ends_with(r->out, ".png"))
     return cli_usage(&cli_verb_render, "-o %s: the name must end in .png, .mp4, .webm or .gif", r->out);
   return -1;
 }
@@ -298,7 +280,9 @@ static void film_arguments(const request *r, const char *part, char room[2][64],
   const char *const gif[] = {
       "-vf", "split[a][b];[a]palettegen=max_colors=160[p];[b][p]paletteuse=dither=none", NULL};
   for (size_t k = 0; k < sizeof input / sizeof input[0]; k++) argv[n++] = input[k];
-  const char *const *output = ends_with(r->out, ".gif") ? gif : ends_with(r->out, ".webm") ? webm : mp4;
+  const char *const *output = cli_ends_with(r->out, ".gif")    ? gif
+                              : cli_ends_with(r->out, ".webm") ? webm
+                                                               : mp4;
   for (; *output; output++) argv[n++] = *output;
   argv[n++] = part;
   argv[n] = NULL;
@@ -365,10 +349,9 @@ static hb_status make_film(studio *s, hb_error *err) {
   if (!part_name(r->out, part, sizeof part))
     return hb_fail(err, HB_ERR_INPUT, "-o %s: the name is too long", r->out);
   const char *file = part + strlen("file:");
-  FILE *probe = fopen(file, "wb"); /* so that the sentence names the film and not the program */
-  if (!probe) return hb_fail(err, HB_ERR_IO, "%s: the film cannot be written: %s", r->out, strerror(errno));
-  fclose(probe);
-  hb_status status = survey(s, 0, s->info->frames - 1, err);
+  hb_status status = cli_try_file(file, r->out, "film", err);
+  if (status != HB_OK) return status;
+  status = survey(s, 0, s->info->frames - 1, err);
   if (status == HB_OK) status = encode(s, part, step, (long)wanted, err);
   if (status == HB_OK && rename(file, r->out) != 0)
     status = hb_fail(err, HB_ERR_IO, "%s: the film cannot be put in place: %s", r->out, strerror(errno));

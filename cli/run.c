@@ -219,6 +219,7 @@ static hb_status begin_files(run *r, long planned, hb_error *err) {
 static hb_status prepare(run *r, hb_error *err) {
   hb_status status = choose_directory(r, err);
   if (!status) status = read_scene(r, err);
+  if (!status) r->def.method.lanes = cli_lanes();
   if (!status) status = hb_model_create(&r->def, &r->model, err);
   if (!status) status = hb_sim_create(r->model, &r->sim, err);
   if (!status) status = hb_frame_create(r->model, &r->start, err);

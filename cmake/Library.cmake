@@ -6,7 +6,7 @@ pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
 pkg_search_module(HDF5 REQUIRED IMPORTED_TARGET hdf5-serial hdf5)
 
 # Rooms from the lowest floor to the highest; tools/check_floors holds the same order.
-set(HEBRA_CORE_ROOMS base math model state rod body force contact solve time statics sim)
+set(HEBRA_CORE_ROOMS base math model state rod body force contact solve lane time statics sim)
 set(HEBRA_SHELL_ROOMS scene output render)
 
 # Makes a library from the rooms named after it.
@@ -26,3 +26,16 @@ hebra_library(hebra_core ${HEBRA_CORE_ROOMS})
 target_link_libraries(hebra_core PUBLIC m)
 hebra_library(hebra ${HEBRA_SHELL_ROOMS})
 target_link_libraries(hebra PUBLIC hebra_core PRIVATE PkgConfig::YAML PkgConfig::HDF5 PkgConfig::PNG)
+
+# Kernels for wider instructions are chosen at run time; lanes wider than a register are split by the compiler.
+set_source_files_properties(${PROJECT_SOURCE_DIR}/src/lane/double_portable.c ${PROJECT_SOURCE_DIR}/src/lane/single_portable.c
+  PROPERTIES COMPILE_OPTIONS -Wno-psabi)
+set(avx2_sources ${PROJECT_SOURCE_DIR}/src/lane/double_avx2.c ${PROJECT_SOURCE_DIR}/src/lane/single_avx2.c)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set_source_files_properties(${avx2_sources} PROPERTIES COMPILE_OPTIONS "-mavx2;-Wno-psabi")
+  target_compile_definitions(hebra_core PRIVATE HB_LANE_AVX2)
+else()
+  get_target_property(core_sources hebra_core SOURCES)
+  list(REMOVE_ITEM core_sources ${avx2_sources})
+  set_target_properties(hebra_core PROPERTIES SOURCES "${core_sources}")
+endif()

@@ -67,6 +67,8 @@ if(NOT HEBRA_FUZZ)
   hebra_test(check.sizes 60 ${PROJECT_SOURCE_DIR}/tools/check_sizes)
   hebra_test(check.format 120 ${PROJECT_SOURCE_DIR}/tools/format check)
   hebra_test(check.docs 180 ${PROJECT_SOURCE_DIR}/tests/check_follow_step.py)
+  hebra_test(check.errata 120 ${PROJECT_SOURCE_DIR}/tests/check_errata.py
+    $<TARGET_FILE:test_physics_errata_formulas> $<TARGET_FILE:test_physics_errata_program>)
   hebra_test(check.checks 60 ${BASH_PROGRAM} ${tests_dir}/check_checks.sh)
   hebra_test(check.headers 120 ${BASH_PROGRAM} ${tests_dir}/check_headers.sh ${CMAKE_C_COMPILER})
   if(NOT HEBRA_SANITIZE AND NOT BUILD_SHARED_LIBS)

@@ -75,4 +75,24 @@ symbols 'int hb_f(void) { return rand(); }'; expect fail 'uses rand' "${check[@]
 symbols 'int other(void) { return 1; }'; expect fail 'other is visible outside' "${check[@]}"
 expect fail 'cannot read' "$tools/check_symbols" "$tree/nothing.a"
 
+errata=docs/theory/errata.md
+expect pass '' tests/check_errata.py
+sed '/^| E7 /d' $errata >"$tree/page.md"
+expect fail 'test_E7 has no row' tests/check_errata.py --page "$tree/page.md"
+sed 's/^| E7 /| E77 /' $errata >"$tree/page.md"
+expect fail 'row E77 has no test' tests/check_errata.py --page "$tree/page.md"
+sed '/^| P3 /s/ 22 / /' $errata >"$tree/page.md"
+expect fail 'row P3 has no figures' tests/check_errata.py --page "$tree/page.md"
+# figures CODE: a test program that prints these
+figures() {
+  printf '#!/bin/sh\n%s "$@"\n' "sed -nE 's/^[|] ([EP][0-9]+) .*[|] ([0-9.e+-]+) [|] < .*/\\1 printed \\2 ours 0/p' $errata | sed '$1'" \
+    >"$tree/figures"
+  chmod +x "$tree/figures"
+}
+figures ''; expect pass '' tests/check_errata.py "$tree/figures"
+figures 's/^E7 printed .* ours/E7 printed 9 ours/'
+expect fail 'E7: the page says 0.108 of the printed form, the test 9' tests/check_errata.py "$tree/figures"
+figures '/^E7/s/ours 0/ours 1/'
+expect fail 'E7: the page says that ours is below 1e-09, the test 1' tests/check_errata.py "$tree/figures"
+
 [ $failed = 0 ] && echo "every rule is enforced"

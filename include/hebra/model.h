@@ -92,6 +92,13 @@ typedef enum hb_length_tolerance_kind {
   HB_TOLERANCE_ABSOLUTE  /* max |C_j|, as the thesis printed it */
 } hb_length_tolerance_kind;
 
+/* How rods are stepped; the answers are the same to round-off, and those of the first two to the last bit. */
+typedef enum hb_lane_choice {
+  HB_LANES_BEST,     /* many vertices at a time, with all instructions that the processor has */
+  HB_LANES_PORTABLE, /* without special instructions */
+  HB_LANES_OFF       /* vertex by vertex */
+} hb_lane_choice;
+
 typedef struct hb_method_def {
   char *integrator;        /* "symplectic-euler" or "verlet" */
   double time_step;        /* > 0 */
@@ -100,6 +107,7 @@ typedef struct hb_method_def {
   hb_length_tolerance_kind length_tolerance_kind;
   int max_projections;      /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
+  hb_lane_choice lanes;     /* no key of a scene: the program's to choose */
   int line, column;
 } hb_method_def;
 

@@ -20,6 +20,9 @@ void hb_sim_free(hb_sim *sim);
 hb_status hb_sim_step(hb_sim *sim, hb_error *err);
 
 const hb_model *hb_sim_model(const hb_sim *sim);
+/* The state as it is now. While the run goes on, rods are kept in another layout (docs/theory, 10), and these
+ * calls bring the arrays up to date: call again after every step. hb_sim_state is for writing, and costs a
+ * bit more. */
 hb_state *hb_sim_state(hb_sim *sim);
 const hb_state *hb_sim_const_state(const hb_sim *sim);
 /* Largest distance that a vertex of the initial shape was moved so that all edges have their rest lengths. */

@@ -51,7 +51,7 @@ typedef enum hb_extent {
   F(force, HB_PER_SLOT, 3, "total force on the vertices at the current positions, without constraints")      \
   F(load, HB_PER_SLOT, 3, "the part of it that comes from external loads")                                   \
   F(lambda, HB_PER_SLOT, 1,                                                                                  \
-    "multiplier of each edge's length in the last projection, a first guess for the next")                   \
+    "pull of each edge per its vector in the last projection, a first guess for the next")                   \
   F(moment, HB_PER_SPAN, 1, "twisting moment of each span of closed-form rods")                              \
   F(m1, HB_PER_GENERAL, 3, "first material director of each edge (general rods)")                            \
   F(tangent, HB_PER_GENERAL, 3, "tangent to which m1 belongs (general rods)")                                \

@@ -14,7 +14,7 @@ hb_status hb_rod_settle(const hb_model *model, const hb_rod *rod, hb_state *stat
   if (status) return status;
   hb_frames_hold(model, rod, state, work, t);
   if (!rod->closed_form) return hb_twist_newton(model, rod, state, work, h, err);
-  if (!rod->twist_free) hb_twist_closed(model, rod, state, work);
+  if (!rod->twist_free) hb_twist_closed(model, rod, state, work, NULL);
   return HB_OK;
 }
 

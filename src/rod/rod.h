@@ -8,6 +8,7 @@
 
 #include "hebra/model.h"
 #include "hebra/state.h"
+#include "math/rotation.h"
 
 /* What is known about one rod at the current positions. Big enough for the longest rod. */
 typedef struct hb_rod_work {
@@ -60,8 +61,10 @@ void hb_frames_closed(const hb_model *model, const hb_rod *rod, const hb_state *
 /* Bishop directors along the rod from u0 on edge 0, into out (3 per edge). */
 void hb_frames_bishop(const hb_rod *rod, const hb_rod_work *work, const double u0[3], double *out);
 
-/* twist_closed.c: after hb_frames_hold. Twist and moment of each span in closed form. */
-void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work);
+/* twist_closed.c: after hb_frames_hold. Twist and moment of each span in closed form. turns: transport along
+ * each panel of the model where it is known (then only tangents at panels' far ends are read), or NULL. */
+void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
+                     const hb_quat *turns);
 
 /* twist_newton.c: after hb_frames_hold. Carries the frames to the current tangents and minimises the energy
  * over the material angles. h: step for viscosity, 0: none. Adds its iterations to the state's counter. */
@@ -70,6 +73,11 @@ hb_status hb_twist_newton(const hb_model *model, const hb_rod *rod, hb_state *st
 /* The same without carrying: the frames are a guess at the current positions (start of a run). */
 hb_status hb_twist_relax(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
                          hb_error *err);
+/* Newton from frames that are at the current tangents already, twists with the right windings. */
+hb_status hb_twist_resume(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
+                          hb_error *err);
+/* theta^0 follows the director m1 of the first edge, against the anchor. */
+void hb_twist_first_angle(const hb_rod *rod, hb_state *state, const double m1[3], const hb_rod_work *work);
 /* Turns all frames of a rod without prescribed frames by the one of 16 angles that has the least energy. */
 void hb_twist_scan(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work);
 /* Largest |dE/dtheta^j| over free edges and the scale it is to be compared with, at the last solve's frames.

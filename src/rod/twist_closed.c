@@ -23,18 +23,16 @@ static hb_quat transport_along(const hb_rod_work *w, int a, int b) {
   return q;
 }
 
-/* Twist over one panel: from director d at its first edge to director e at its last, nearest to what it was.
- */
-static double panel_twist(const hb_panel *panel, const hb_rod *rod, const hb_rod_work *w, hb_v3 d, hb_v3 e,
-                          double expected) {
-  int a = panel->from - rod->first, b = panel->to - rod->first;
-  hb_v3 u = hb_quat_rotate(transport_along(w, a, b), d);
-  return hb_nearest_angle(hb_angle_about(u, e, hb_v3_load(w->tangent + 3 * b)), expected);
+/* Twist over one panel: from director d at its first edge, carried by turn, to director e at its last edge
+ * with tangent t, nearest to what it was. */
+static double panel_twist(hb_quat turn, hb_v3 t, hb_v3 d, hb_v3 e, double expected) {
+  return hb_nearest_angle(hb_angle_about(hb_quat_rotate(turn, d), e, t), expected);
 }
 
 /* Twist of the spans between prescribed frames and the moment that goes with it: m_i/l_i beta_i is constant.
  */
-void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work) {
+void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
+                     const hb_quat *turns) {
   for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++) {
     const hb_span *span = &model->spans[s];
     state->moment[s] = 0;
@@ -44,8 +42,9 @@ void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, 
     for (int k = 0; k < span->panel_count; k++) {
       int p = span->first_panel + k;
       bool last = k == span->panel_count - 1;
+      int from = model->panels[p].from - rod->first, to = model->panels[p].to - rod->first;
       double expected = state->panel_twist[p];
-      hb_v3 t = hb_v3_load(work->tangent + 3 * (model->panels[p].to - rod->first)), e;
+      hb_v3 t = hb_v3_load(work->tangent + 3 * to), e;
       if (k == 0) expected -= work->frame_turned[span->first_frame];
       if (last) {
         expected += work->frame_turned[span->last_frame];
@@ -53,7 +52,8 @@ void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, 
       } else {
         e = hb_carry(hb_v3_load(state->panel_m1 + 3 * p), hb_v3_load(state->panel_tangent + 3 * p), t);
       }
-      state->panel_twist[p] = panel_twist(&model->panels[p], rod, work, d, e, expected);
+      hb_quat turn = turns ? turns[p] : transport_along(work, from, to);
+      state->panel_twist[p] = panel_twist(turn, t, d, e, expected);
       hb_v3_store(state->panel_m1 + 3 * p, e);
       hb_v3_store(state->panel_tangent + 3 * p, t);
       total += state->panel_twist[p];

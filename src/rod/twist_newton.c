@@ -275,10 +275,10 @@ static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, 
   }
 }
 
-/* theta^0 follows the first edge's director against the anchor. */
-static void follow_first_angle(const hb_rod *rod, hb_state *state, const hb_rod_work *w) {
-  double angle = hb_angle_about(hb_v3_load(state->anchor_m1 + 3 * rod->index),
-                                hb_v3_load(state->m1 + 3 * (size_t)rod->first), hb_v3_load(w->tangent));
+/* theta^0 against the anchor, on the branch where it was. */
+void hb_twist_first_angle(const hb_rod *rod, hb_state *state, const double m1[3], const hb_rod_work *w) {
+  double angle =
+      hb_angle_about(hb_v3_load(state->anchor_m1 + 3 * rod->index), hb_v3_load(m1), hb_v3_load(w->tangent));
   state->theta_0[rod->index] = hb_nearest_angle(angle, state->theta_0[rod->index]);
 }
 
@@ -326,7 +326,26 @@ hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state,
   /* a frame that is turned far in one step takes the others along by LONGEST_TURN per iteration */
   int limit = m->def->method.max_twist_iterations + (int)fmin(1e6, 20 * turned);
   hb_status status = minimise_past_saddles(m, rod, state, w, limit, err);
-  follow_first_angle(rod, state, w);
+  hb_twist_first_angle(rod, state, state->m1 + 3 * (size_t)rod->first, w);
+  return status;
+}
+
+/* Twists measured anew, then minimise. */
+hb_status hb_twist_resume(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w,
+                          hb_error *err) {
+  double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    hb_v3 t = hb_v3_load(w->tangent + 3 * j);
+    w->held[j] = m->frame_of[rod->first + j] >= 0;
+    if (j == 0) continue;
+    hb_v3 u = hb_transport(hb_v3_load(m1 + 3 * j - 3), hb_v3_load(w->tangent + 3 * j - 3), t);
+    twist[j] = hb_nearest_angle(hb_angle_about(u, hb_v3_load(m1 + 3 * j), t), twist[j]);
+  }
+  curvature_binormals(rod, w);
+  set_targets(m, rod, state, w, 0);
+  hb_status status =
+      minimise_past_saddles(m, rod, state, w, START_FACTOR * m->def->method.max_twist_iterations, err);
+  hb_twist_first_angle(rod, state, m1, w);
   return status;
 }
 
@@ -349,7 +368,7 @@ hb_status hb_twist_relax(const hb_model *m, const hb_rod *rod, hb_state *state, 
     if (frame >= 0 && !w->held[j])
       memcpy(state->frame_m1 + 3 * frame, state->m1 + 3 * (rod->first + j), 3 * sizeof(double));
   }
-  follow_first_angle(rod, state, w);
+  hb_twist_first_angle(rod, state, state->m1 + 3 * (size_t)rod->first, w);
   return status;
 }
 

@@ -143,6 +143,7 @@ static void measure_totals(hb_sim *sim, const hb_rod *rod, hb_frame *out) {
 /* All rods. */
 void hb_sim_measure(hb_sim *sim, hb_frame *frame) {
   const hb_model *m = sim->model;
+  hb_stepper_store(&sim->stepper);
   const double *scalar = sim->state->scalar;
   size_t bytes = 3 * (size_t)m->nv * sizeof(double);
   frame->time = scalar[HB_S_TIME];

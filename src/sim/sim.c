@@ -34,6 +34,8 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
     if (!sim->acceleration || !sim->lambda) status = hb_fail_memory(err, "simulation");
   }
   if (!status) status = hb_sim_start(sim, err);
+  if (!status) status = hb_stepper_use_lanes(&sim->stepper, err);
+  sim->lane_owner = &sim->stepper;
   if (status) {
     hb_sim_free(sim);
     return status;
@@ -54,11 +56,23 @@ void hb_sim_free(hb_sim *sim) {
 
 /* What a caller may ask, each a line. */
 const hb_model *hb_sim_model(const hb_sim *sim) { return sim->model; }
-hb_state *hb_sim_state(hb_sim *sim) { return sim->state; }
-const hb_state *hb_sim_const_state(const hb_sim *sim) { return sim->state; }
-double hb_sim_initial_correction(const hb_sim *sim) { return sim->initial_correction; }
 double hb_sim_time(const hb_sim *sim) { return sim->state->scalar[HB_S_TIME]; }
 long hb_sim_steps(const hb_sim *sim) { return (long)sim->state->scalar[HB_S_STEP]; }
+
+/* The state, to be written to. */
+hb_state *hb_sim_state(hb_sim *sim) {
+  hb_stepper_state_changed(&sim->stepper);
+  return sim->state;
+}
+
+/* The state, to be read. What the lanes hold is a part of it: bringing it up to date changes nothing that a
+ * caller can see. */
+const hb_state *hb_sim_const_state(const hb_sim *sim) {
+  hb_stepper_store(sim->lane_owner);
+  return sim->state;
+}
+/* How far the initial shape was moved. */
+double hb_sim_initial_correction(const hb_sim *sim) { return sim->initial_correction; }
 
 /* Steps until the duration is over. */
 long hb_sim_total_steps(const hb_sim *sim) {
@@ -70,8 +84,9 @@ long hb_sim_total_steps(const hb_sim *sim) {
 size_t hb_sim_memory(const hb_sim *sim) {
   size_t n = (size_t)sim->model->nv;
   size_t stepper = (9 + (sim->model->any_follower ? 3 : 0)) * n * sizeof(double);
-  return sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes + sim->stepper.project_work.bytes +
-         stepper + 4 * n * sizeof(double);
+  size_t lanes = sim->stepper.plan ? sim->stepper.plan->bytes : 0;
+  return lanes + sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes +
+         sim->stepper.project_work.bytes + stepper + 4 * n * sizeof(double);
 }
 
 /* 0 switches the clocks off. */
@@ -90,5 +105,7 @@ hb_status hb_sim_restore(hb_sim *sim, const double *block, size_t count, hb_erro
                    "the saved state has %zu numbers, but this scene needs %zu: it is of another scene", count,
                    sim->state->count);
   memcpy(sim->state->block, block, count * sizeof *block);
+  sim->stepper.lanes_current = false;
+  sim->stepper.state_current = true;
   return HB_OK;
 }

@@ -10,8 +10,9 @@ struct hb_sim {
   hb_state *state;
   const hb_integrator *integrator;
   hb_stepper stepper;
-  double *acceleration; /* 3 per slot: of prescribed coordinates, for measuring */
-  double *lambda;       /* per slot: multipliers at an instant, for measuring */
+  hb_stepper *lane_owner; /* the stepper once more, for bringing the state up to date on reading */
+  double *acceleration;   /* 3 per slot: of prescribed coordinates, for measuring */
+  double *lambda;         /* per slot: multipliers at an instant, for measuring */
   double initial_correction;
   int time_every; /* time every n-th step; 0: never */
   long steps_timed, steps_taken;

@@ -8,8 +8,14 @@ static hb_status check_finite(const hb_sim *sim, hb_error *err) {
   const hb_state *state = sim->state;
   const hb_model *m = sim->model;
   double sum = 0;
-  for (int k = 0; k < 3 * m->nv; k++) sum += state->force[k] + state->v[k];
-  if (isfinite(sum)) return HB_OK;
+  const hb_lane_plan *plan = sim->stepper.plan;
+  for (int r = 0; r < m->rod_count; r++) {
+    if (plan && plan->unit_of[r] >= 0) continue; /* lanes look after themselves */
+    for (int k = 3 * m->rods[r].first; k < 3 * (m->rods[r].first + m->rods[r].nv); k++)
+      sum += state->force[k] + state->v[k];
+  }
+  if (isfinite(sum) && sim->stepper.lanes_finite) return HB_OK;
+  hb_stepper_store(sim->lane_owner);
   struct {
     const char *what;
     const double *values;

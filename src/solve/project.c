@@ -335,13 +335,17 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
                                const double *x_old, double *lambda, hb_project_work *w, hb_projection *result,
                                hb_error *err) {
   *result = (hb_projection){0, 0, rod->first, false};
+  if (x_old && lambda)
+    for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) lambda[k] *= 0.5 * model->rest_length[k];
   if (x_old) {
     set_directions(model, rod, x_old, x, v, 1 / h, lambda, w);
   } else if (lambda) {
     memset(lambda + rod->first, 0, (size_t)rod->nv * sizeof *lambda);
   }
   hb_status status = iterate(model, rod, x, v, h, x_old != NULL, lambda, w, result, err);
-  if (x_old && lambda) keep_support_pulls(model, rod, w, lambda + rod->first);
+  if (!x_old || !lambda) return status;
+  keep_support_pulls(model, rod, w, lambda + rod->first);
+  for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) lambda[k] *= 2 * model->inv_rest_length[k];
   return status;
 }
 

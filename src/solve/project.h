@@ -32,8 +32,9 @@ typedef struct hb_projection {
 /* Moves the free coordinates x (3 per slot) of one rod until every edge has its length to the model's
  * tolerance, and v by the same over h. x_old NULL: fast projection, each correction along the gradient at the
  * current iterate (Goldenthal et al. 2007). x_old not NULL: corrections along the gradient at x_old (SHAKE;
- * Ryckaert et al. 1977). lambda (per slot, may be NULL): set to the sum of the multipliers; with x_old its
- * entry value is the first guess. HB_ERR_NUMERIC with edge and error if the tolerance is not reached. */
+ * Ryckaert et al. 1977). lambda (per slot, may be NULL): set to the sum of the
+ * multipliers, as the pull per edge vector; with x_old its entry value is the first guess. HB_ERR_NUMERIC
+ * with edge and error if the tolerance is not reached. */
 hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double *x, double *v, double h,
                                const double *x_old, double *lambda, hb_project_work *work,
                                hb_projection *result, hb_error *err);

@@ -2,12 +2,16 @@
 #ifndef HB_TIME_INTEGRATORS_H
 #define HB_TIME_INTEGRATORS_H
 
-#include "time/stepper.h"
+#include "time/lane_step.h"
 
-/* Takes every rod from the state's time over h by step_rod, which gets the time at the end of the step. */
-hb_status hb_step_rods(hb_stepper *stepper, double h,
-                       hb_status (*step_rod)(hb_stepper *, const hb_rod *, double t, double h, hb_error *),
-                       hb_error *err);
+/* A scheme, for rods one by one and for rods in lanes; both get the time at the end of the step. */
+typedef struct hb_scheme {
+  hb_rod_step step_rod;
+  hb_status (*step_lanes)(hb_stepper *, hb_unit *, double t, double h, hb_rod_step step_rod, hb_error *);
+} hb_scheme;
+
+/* Takes every rod from the state's time over h. */
+hb_status hb_step_rods(hb_stepper *stepper, double h, const hb_scheme *scheme, hb_error *err);
 
 extern const hb_integrator hb_integrator_symplectic_euler, hb_integrator_verlet;
 

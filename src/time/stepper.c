@@ -56,6 +56,8 @@ void hb_stepper_release(hb_stepper *s) {
   hb_free(s->rates);
   hb_free(s->active);
   hb_free(s->follower_m1);
+  hb_free(s->workers);
+  hb_lane_plan_free(s->plan);
 }
 
 /* Restarts the stage clock. */
@@ -220,7 +222,7 @@ void hb_stepper_book_work(hb_stepper *s, const hb_rod *rod, double h) {
 }
 
 /* Does the support move at all? */
-static bool moves(const hb_position_support *p) {
+bool hb_support_moves(const hb_position_support *p) {
   if (p->tangent) return true;
   for (int c = 0; c < 3; c++)
     if (p->def->value[c] && !hb_formula_is_constant(p->def->value[c])) return true;
@@ -246,7 +248,7 @@ void hb_stepper_find_pull(hb_stepper *s, const hb_rod *rod, double h, double kic
   double *rest = s->v_predicted;
   bool any = false;
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++)
-    any = any || moves(&m->positions[n]);
+    any = any || hb_support_moves(&m->positions[n]);
   if (!any) return; /* supports that stand still do no work */
   for (int k = 3 * rod->first; k < 3 * (rod->first + rod->nv); k++)
     rest[k] =
@@ -266,7 +268,7 @@ void hb_stepper_book_supports(hb_stepper *s, const hb_rod *rod, double h, bool r
   double work = 0;
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++) {
     const hb_position_support *p = &m->positions[n];
-    if (!moves(p)) continue;
+    if (!hb_support_moves(p)) continue;
     for (int c = 0; c < 3; c++) {
       int k = 3 * p->slot + c, i = p->slot;
       if (!p->fixed[c]) continue;
@@ -280,15 +282,4 @@ void hb_stepper_book_supports(hb_stepper *s, const hb_rod *rod, double h, bool r
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
     work += 0.5 * (s->torque_old[k] + state->frame_torque[k]) * s->rod_work.frame_turned[k];
   state->scalar[HB_S_WORK_SUPPORTS] += work;
-}
-
-/* Rod by rod: their data stay in cache for a whole step. */
-hb_status hb_step_rods(hb_stepper *s, double h,
-                       hb_status (*step_rod)(hb_stepper *, const hb_rod *, double t, double h, hb_error *),
-                       hb_error *err) {
-  double t = (s->state->scalar[HB_S_STEP] + 1) * h;
-  hb_status status = HB_OK;
-  for (int r = 0; !status && r < s->model->rod_count; r++)
-    status = step_rod(s, &s->model->rods[r], t, h, err);
-  return status;
 }

@@ -4,10 +4,14 @@
 #define HB_TIME_STEPPER_H
 
 #include "hebra/plug.h"
+#include "lane/plan.h"
 #include "rod/rod.h"
 #include "solve/project.h"
 
 #define HB_TERMS_MAX 16
+
+/* What one thread steps with. */
+typedef struct hb_lane_worker hb_lane_worker;
 
 struct hb_stepper {
   const hb_model *model;
@@ -23,7 +27,13 @@ struct hb_stepper {
   unsigned char *rates;  /* per rod: do its loads depend on velocity? */
   unsigned *active;      /* per rod: bit k set if terms[k] acts on it */
   double length_error;   /* largest of this step */
-  bool timed;            /* take stage times in this step */
+  hb_lane_plan *plan;    /* rods that step in lanes, or NULL */
+  hb_lane_worker *workers;
+  int worker_count;
+  bool lanes_current; /* the lanes hold the state */
+  bool state_current; /* the state's arrays do */
+  bool lanes_finite;  /* after a step: all forces and velocities in lanes are numbers */
+  bool timed;         /* take stage times in this step */
   double stage_started;
   double stage_seconds[HB_STAGE_COUNT];
 };
@@ -31,6 +41,13 @@ struct hb_stepper {
 hb_status hb_stepper_init(hb_stepper *stepper, const hb_model *model, hb_state *state,
                           const hb_force_term *const *terms, hb_error *err);
 void hb_stepper_release(hb_stepper *stepper);
+/* Puts rods into lanes for the scheme that the scene names; rods that do not fit are left to be stepped one
+ * by one. After hb_stepper_init. */
+hb_status hb_stepper_use_lanes(hb_stepper *stepper, hb_error *err);
+/* Brings the state's arrays up to date with the lanes; the state may be read then. */
+void hb_stepper_store(hb_stepper *stepper);
+/* The state may have been written to: lanes are filled anew before the next step. */
+void hb_stepper_state_changed(hb_stepper *stepper);
 
 /* Stage clock: begin restarts it, end books the time since to a stage and restarts it. Cheap if not timed. */
 void hb_stepper_begin(hb_stepper *stepper);
@@ -65,6 +82,8 @@ void hb_stepper_find_pull(hb_stepper *stepper, const hb_rod *rod, double h, doub
  * forces are the mean of those of the two projections of a Verlet step, else those of one fast projection. */
 void hb_stepper_book_supports(hb_stepper *stepper, const hb_rod *rod, double h, bool rattle);
 
+/* Does a support follow formulas of time at all? */
+bool hb_support_moves(const hb_position_support *support);
 /* A prescribed vertex at time t: position and exact velocity. base_x, base_v: of the base vertex (tangents).
  */
 void hb_support_at(const hb_model *model, const hb_position_support *support, double t,

@@ -25,7 +25,10 @@ static hb_status step_rod(hb_stepper *s, const hb_rod *rod, double t, double h, 
 }
 
 /* All rods. */
-static hb_status step(hb_stepper *s, double h, hb_error *err) { return hb_step_rods(s, h, step_rod, err); }
+static hb_status step(hb_stepper *s, double h, hb_error *err) {
+  const hb_scheme scheme = {step_rod, hb_lane_step_euler};
+  return hb_step_rods(s, h, &scheme, err);
+}
 
 const hb_integrator hb_integrator_symplectic_euler = {
     "symplectic-euler", "symplectic Euler with fast projection (Goldenthal et al. 2007), as in the thesis", 1,

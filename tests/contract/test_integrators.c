@@ -57,6 +57,39 @@ static void test_length_tolerance(void **state) {
       }
 }
 
+/* Rates of edge lengths: largest |e . (v_{j+1} - v_j)| over |e| times the largest speed of the rod, here and
+ * now. */
+static double stretch_rate(const trial *t) {
+  const double *x = hb_sim_const_state(t->sim)->x, *v = hb_sim_const_state(t->sim)->v;
+  double speed = 0, worst = 0;
+  for (int i = 0; i < NV; i++) speed = fmax(speed, hypot(hypot(v[3 * i], v[3 * i + 1]), v[3 * i + 2]));
+  for (int j = 0; j + 1 < NV; j++) {
+    double rate = 0;
+    for (int c = 0; c < 3; c++) rate += (x[3 * j + 3 + c] - x[3 * j + c]) * (v[3 * j + 3 + c] - v[3 * j + c]);
+    worst = fmax(worst, fabs(rate) / (t->model->rest_length[j] * speed));
+  }
+  return worst;
+}
+
+/* The velocities of a symmetric scheme stretch no edge, after every step, whatever supports the rod. */
+static void test_velocities_keep_lengths(void **state) {
+  (void)state;
+  for (int k = 0; hb_integrators[k]; k++)
+    for (int s = 0; hb_integrators[k]->symmetric && s < MOVING_COUNT; s++) {
+      trial t = {0};
+      double worst = 0;
+      trial_build(&t, moving_scenes[s].build, hb_integrators[k]->name, 2e-3);
+      for (int step = 0; step < 300; step++) {
+        trial_run(&t, 1);
+        worst = fmax(worst, stretch_rate(&t));
+      }
+      say("%s on %s: lengths change at %.1e of the speed\n", hb_integrators[k]->name, moving_scenes[s].name,
+          worst);
+      assert_at_most(worst, 1e-11);
+      trial_end(&t);
+    }
+}
+
 /* A block saved at one step and put into a new simulation goes on with the same bits. */
 static void test_restart(void **state) {
   (void)state;
@@ -98,9 +131,10 @@ static void test_symmetric(void **state) {
       moving_scenes[conservative[n]].build(&t.def);
       t.def.method.length_tolerance = 1e-13;
       trial_start(&t);
-      double x[3 * NV], *v = hb_sim_state(t.sim)->v;
+      double x[3 * NV];
       memcpy(x, hb_sim_const_state(t.sim)->x, sizeof x);
       trial_run(&t, 500);
+      double *v = hb_sim_state(t.sim)->v;
       for (int c = 0; c < 3 * NV; c++) v[c] = -v[c];
       trial_run(&t, 500);
       double away = largest_difference(x, hb_sim_const_state(t.sim)->x, 3 * NV);
@@ -162,9 +196,13 @@ static void test_many_rods(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(test_claimed_order), cmocka_unit_test(test_length_tolerance),
-      cmocka_unit_test(test_restart),       cmocka_unit_test(test_symmetric),
-      cmocka_unit_test(test_momentum),      cmocka_unit_test(test_many_rods),
+      cmocka_unit_test(test_claimed_order),
+      cmocka_unit_test(test_length_tolerance),
+      cmocka_unit_test(test_restart),
+      cmocka_unit_test(test_symmetric),
+      cmocka_unit_test(test_momentum),
+      cmocka_unit_test(test_many_rods),
+      cmocka_unit_test(test_velocities_keep_lengths),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

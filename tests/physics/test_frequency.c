@@ -138,14 +138,13 @@ static double measured(const beam *b, const double *w, double expected, const ch
   double a = expected * h, q[4];
   long steps = lrint(2 * PI * periods / a);
   set_beam(&t, b, w, 1e-8, integrator, h);
-  const double *x = hb_sim_const_state(t.sim)->x;
-  q[0] = project(b, w, x);
+  q[0] = project(b, w, hb_sim_const_state(t.sim)->x);
   trial_run(&t, 1);
-  q[1] = project(b, w, x);
+  q[1] = project(b, w, hb_sim_const_state(t.sim)->x);
   trial_run(&t, steps - 1);
-  q[2] = project(b, w, x);
+  q[2] = project(b, w, hb_sim_const_state(t.sim)->x);
   trial_run(&t, 1);
-  q[3] = project(b, w, x);
+  q[3] = project(b, w, hb_sim_const_state(t.sim)->x);
   trial_end(&t);
   double turned = phase_of(q[2], q[3], a) - phase_of(q[0], q[1], a);
   turned += 2 * PI * rint((expected * h * (double)steps - turned) / (2 * PI));

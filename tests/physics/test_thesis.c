@@ -276,11 +276,11 @@ static void test_tree_sways(void **state) {
   trial t = {0};
   double shape[NV], omega = sway_frequency(shape), before = 0, mode_before = 0, tip_period = 0, period = 0;
   open_scene(&t, "thesis-3-tree.yaml", (const char *const[]){"forces[0].per_vertex=[1e-3, 0, 0]", NULL});
-  const double *v = hb_sim_const_state(t.sim)->v;
   int turns = 0, tip_turns = 0;
   double h = t.def.method.time_step;
   while (hb_sim_time(t.sim) < 4.2 * 2 * PI / omega) {
     trial_run(&t, 1);
+    const double *v = hb_sim_const_state(t.sim)->v;
     double mode = 0, tip = v[3 * (NV - 1)], now = hb_sim_time(t.sim);
     for (int i = 0; i < NV; i++) mode += shape[i] * v[3 * i];
     /* from swinging back to swinging out: a whole period is over */

@@ -10,6 +10,7 @@
  */
 typedef struct tensors {
   int nv;
+  unsigned misprints;
   double edge[N][3], size[N], tangent[N][3]; /* size: length that the formulas use */
   double m1[N][3], m2[N][3];
   double kb[N][3], chi[N];
@@ -69,8 +70,18 @@ static void curvature_gradients(tensors *T, dense_lengths lengths) {
       after[c] = -(T->edge[k - 1][c] + (lengths == DENSE_CURRENT ? T->size[k - 1] * T->tangent[k][c] : 0)) /
                  T->chi[k];
     }
+    if (T->misprints & DENSE_E1)
+      for (int c = 0; c < 3; c++) after[c] = -after[c];
     skew_and_outer(2 / T->chi[k], T->edge[k], T->kb[k], before, T->grad_kb[k][k - 1]);
     skew_and_outer(2 / T->chi[k], T->edge[k - 1], T->kb[k], after, T->grad_kb[k][k + 1]);
+    if (T->misprints & DENSE_P1) { /* the outer products taken out, the scalar ones into every entry */
+      double before_dot = dot(T->kb[k], before), after_dot = dot(T->kb[k], after);
+      for (int p = 0; p < 3; p++)
+        for (int q = 0; q < 3; q++) {
+          T->grad_kb[k][k - 1][p][q] += before_dot - T->kb[k][p] * before[q];
+          T->grad_kb[k][k + 1][p][q] += after_dot - T->kb[k][p] * after[q];
+        }
+    }
     for (int p = 0; p < 3; p++)
       for (int q = 0; q < 3; q++)
         T->grad_kb[k][k][p][q] = -T->grad_kb[k][k - 1][p][q] - T->grad_kb[k][k + 1][p][q];
@@ -88,6 +99,13 @@ static void holonomy_gradients(tensors *T) {
   for (int j = 1; j + 1 < T->nv; j++)
     for (int i = 0; i < T->nv; i++)
       for (int c = 0; c < 3; c++) T->grad_Psi[j][i][c] = T->grad_Psi[j - 1][i][c] + T->grad_psi[j][i][c];
+}
+
+/* The sums as the thesis's chapters print them: one vertex too far. */
+static void misprint_sums(tensors *T) {
+  double right[N][N][3];
+  memcpy(right, T->grad_Psi, sizeof right);
+  for (int j = 0; j + 2 < T->nv; j++) memcpy(T->grad_Psi[j], right[j + 1], sizeof right[j]);
 }
 
 /* Bishop frames by the rotation P_i about kb, then the material frames. */
@@ -115,6 +133,7 @@ static void frames(tensors *T, const rod_energy *e) {
 
 /* Material curvatures and their gradients by every vertex: (m2; -m1) grad kb - J omega (grad Psi)^T. */
 static void material_gradients(tensors *T) {
+  double J = T->misprints & DENSE_P2 ? -1 : 1;
   for (int k = 1; k + 1 < T->nv; k++)
     for (int side = 0; side < 2; side++) {
       int j = k - 1 + side;
@@ -123,7 +142,7 @@ static void material_gradients(tensors *T) {
       w[1] = -dot(T->kb[k], T->m1[j]);
       for (int i = 0; i < T->nv; i++)
         for (int c = 0; c < 3; c++) {
-          double first = w[1] * T->grad_Psi[j][i][c], second = -w[0] * T->grad_Psi[j][i][c];
+          double first = J * w[1] * T->grad_Psi[j][i][c], second = -J * w[0] * T->grad_Psi[j][i][c];
           for (int p = 0; p < 3; p++) {
             first += T->m2[j][p] * T->grad_kb[k][i][p][c];
             second -= T->m1[j][p] * T->grad_kb[k][i][p][c];
@@ -135,13 +154,19 @@ static void material_gradients(tensors *T) {
 }
 
 /* All quantities in order. */
-static void fill(tensors *T, const rod_energy *e, const double *x, dense_lengths lengths) {
+static void fill(tensors *T, const rod_energy *e, const double *x, dense_lengths lengths,
+                 unsigned misprints) {
   memset(T, 0, sizeof *T);
+  T->misprints = misprints;
   geometry(T, e, x, lengths);
   curvature_gradients(T, lengths);
   holonomy_gradients(T);
   frames(T, e);
+  double sums[N][N][3];
+  memcpy(sums, T->grad_Psi, sizeof sums);
+  if (misprints & DENSE_E3) misprint_sums(T); /* in grad omega; the term of the last frame has its own sum */
   material_gradients(T);
+  memcpy(T->grad_Psi, sums, sizeof sums);
 }
 
 /* B^j (omega_k^j - rest). */
@@ -172,28 +197,56 @@ static void theta_gradient(const tensors *T, const rod_energy *e, double *gradie
 /* The formula on freshly made quantities. */
 void dense_theta_gradient(const rod_energy *e, const double *x, dense_lengths lengths, double *gradient) {
   tensors T;
-  fill(&T, e, x, lengths);
+  fill(&T, e, x, lengths, 0);
   theta_gradient(&T, e, gradient);
 }
 
+/* What the misprints make of the last edge's dE/dtheta and of the gradients that go with it. */
+static void misprint_end(tensors *T, const rod_energy *e, double *torque) {
+  int last = T->nv - 2;
+  double s[2], J = T->misprints & DENSE_P2 ? -1 : 1, twist = e->theta[last] - e->theta[last - 1];
+  const double *w = T->omega[last][1];
+  if (T->misprints & DENSE_P3) twist = e->theta[last] - e->theta[0];
+  stress(T, e, last, 1, s);
+  *torque = J * (w[1] * s[0] - w[0] * s[1]) / e->voronoi[last] +
+            2 * e->def->beta[last] * (twist - e->rest_twist[last]) / e->voronoi[last];
+  if (T->misprints & DENSE_P4) memset(T->grad_Psi[last][T->nv - 3], 0, sizeof T->grad_Psi[last][0]);
+  if (T->misprints & DENSE_E10)
+    for (int c = 0; c < 3; c++)
+      T->grad_Psi[last][T->nv - 2][c] += T->grad_psi[last][0][c] - T->grad_psi[last][T->nv - 2][c];
+}
+
 /* - dE/dx_i at fixed angles + sum over held edges of dE/dtheta^j grad_i Psi^j. */
-void dense_force(const rod_energy *e, const double *x, dense_lengths lengths, double *force) {
-  tensors T;
-  double gradient[N], s[2];
-  fill(&T, e, x, lengths);
-  theta_gradient(&T, e, gradient);
-  for (int i = 0; i < T.nv; i++)
+static void sum_force(tensors *T, const rod_energy *e, double *force) {
+  double gradient[N], s[2], sign = T->misprints & DENSE_E5 ? -1 : 1;
+  theta_gradient(T, e, gradient);
+  if (T->misprints) misprint_end(T, e, &gradient[T->nv - 2]);
+  for (int i = 0; i < T->nv; i++)
     for (int c = 0; c < 3; c++) {
       double sum = 0;
-      for (int k = 1; k + 1 < T.nv; k++)
+      for (int k = 1; k + 1 < T->nv; k++)
         for (int side = 0; side < 2; side++) {
-          stress(&T, e, k, side, s);
-          for (int a = 0; a < 2; a++) sum -= T.grad_omega[k][side][i][a][c] * s[a] / e->voronoi[k];
+          stress(T, e, k, side, s);
+          for (int a = 0; a < 2; a++) sum -= T->grad_omega[k][side][i][a][c] * s[a] / e->voronoi[k];
         }
-      for (int j = 0; j + 1 < T.nv; j++)
-        if (e->held[j]) sum += gradient[j] * T.grad_Psi[j][i][c];
+      for (int j = 0; j + 1 < T->nv; j++)
+        if (e->held[j]) sum += sign * gradient[j] * T->grad_Psi[j][i][c];
       force[3 * i + c] = sum;
     }
+}
+
+/* The formula on freshly made quantities. */
+void dense_force(const rod_energy *e, const double *x, dense_lengths lengths, double *force) {
+  tensors T;
+  fill(&T, e, x, lengths, 0);
+  sum_force(&T, e, force);
+}
+
+/* With rest lengths, as the thesis has them. */
+void dense_force_misprinted(const rod_energy *e, const double *x, unsigned misprints, double *force) {
+  tensors T;
+  fill(&T, e, x, DENSE_REST, misprints);
+  sum_force(&T, e, force);
 }
 
 /* - sum 2 alpha/l_k (grad_i kb_k)^T kb_k + M sum grad_i psi_k, M = 2 beta (theta^last - theta^first)/sum l.
@@ -202,7 +255,7 @@ void dense_force_isotropic(const rod_energy *e, const double *x, dense_lengths l
   tensors T;
   double total = 0, moment = 0, alpha = e->def->B[0];
   int last = e->nv - 2;
-  fill(&T, e, x, lengths);
+  fill(&T, e, x, lengths, 0);
   for (int k = 1; k <= last; k++) total += e->voronoi[k];
   if (e->held[0] && e->held[last]) moment = 2 * e->def->beta[1] * (e->theta[last] - e->theta[0]) / total;
   for (int i = 0; i < T.nv; i++)

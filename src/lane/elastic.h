@@ -1,0 +1,209 @@
+/* Geometry, holonomy and elastic forces of isotropic rods in lanes (docs/theory, 2, 3.2, 5 and 10). */
+#ifndef HB_LANE_ELASTIC_H
+#define HB_LANE_ELASTIC_H
+
+#include "lane/seam.h"
+#include "math/rotation.h"
+
+/* t and 1/|e| of an edge vector. */
+typedef struct direction {
+  v3 t;
+  lanes inv;
+} direction;
+
+/* Unless exact, the length is the rest length to within 5e-9: one Newton step from 1/|e-bar| gives 1/|e| to
+ * round-off, 3/8 (1e-8)^2 at worst, without root and division. */
+INLINED direction direct(v3 e, lanes inv_rest, bool exact) {
+  lanes square = v3_dot(e, e), inv;
+  if (exact)
+    inv = R(1) / root(square);
+  else
+    inv = inv_rest * (R(1.5) - R(0.5) * (square * (inv_rest * inv_rest)));
+  return (direction){v3_scale(inv, e), inv};
+}
+
+/* 1/|e-bar| of the edge in row r. */
+INLINED lanes inv_rest_of(const hb_strip *s, int r) { return ((const lanes *)s->inv_rest)[r + 1]; }
+
+/* Direction of the edge in row r; phantoms have some direction. */
+INLINED direction direct_row(const hb_strip *s, int r, bool exact, bool tail) {
+  v3 e = edge_of(s->x, r);
+  if (tail) e = v3_choose(real_edges(s, r), e, some_direction());
+  return direct(e, inv_rest_of(s, r), exact);
+}
+
+/* Directions beyond the ends of a piece. */
+INLINED direction direct_before(const hb_strip *s, bool exact) {
+  v3 e = edge_before(s, s->x, s->before ? s->before->x : NULL, some_direction());
+  return direct(e, inv_rest_of(s, -1), exact);
+}
+
+/* And of the edge behind it. */
+INLINED direction direct_behind(const hb_strip *s, bool exact) {
+  v3 e = edge_behind(s, s->x, s->after ? s->after->x : NULL, some_direction());
+  return direct(e, inv_rest_of(s, s->rows), exact);
+}
+
+/* Quaternion in lanes. */
+typedef struct quat {
+  lanes w;
+  v3 v;
+} quat;
+
+/* a b. */
+INLINED quat quat_mul(quat a, quat b) {
+  v3 c = v3_cross(a.v, b.v);
+  return (quat){
+      a.w * b.w - v3_dot(a.v, b.v),
+      {a.w * b.v.x + b.w * a.v.x + c.x, a.w * b.v.y + b.w * a.v.y + c.y, a.w * b.v.z + b.w * a.v.z + c.z}};
+}
+
+/* The factor of a vertex: transport from t to n; nothing where there is no bend. */
+INLINED quat transport_step(v3 t, v3 n, lane_mask bends, bool all_bend) {
+  quat q = {R(1) + v3_dot(t, n), v3_cross(t, n)};
+  if (!all_bend) q = (quat){choose(bends, q.w, all(1)), v3_only(bends, q.v)};
+  return q;
+}
+
+/* Products of transports over the vertices from cut to cut. */
+INLINED void transport_rows(hb_strip *s, bool pieces, bool exact) {
+  const quat one = {all(1), v3_zero()};
+  quat q = one;
+  lanes lowest = all(2);
+  int cut = 0, first = 1;
+  lanes *out = s->turns;
+  direction t = direct_row(s, 0, exact, s->full_rows < 1);
+  if (pieces) {
+    lane_mask bends = all(1) > none();
+    if (!s->before) bends[0] = 0; /* the rod's first vertex */
+    v3 before = direct_before(s, exact).t;
+    q = transport_step(before, t.t, bends, false);
+    lowest = choose(bends, smaller(q.w, lowest), lowest);
+    first = 0;
+  }
+  for (int r = pieces ? 0 : 1; r < s->rows; r++) {
+    if (r >= 1) {
+      bool tail = r >= s->full_rows;
+      direction n = direct_row(s, r, exact, tail);
+      quat step = transport_step(t.t, n.t, real_edges(s, r), !tail);
+      lowest = smaller(step.w, lowest); /* phantoms have 1 */
+      q = r == first ? step : quat_mul(step, q);
+      t = n;
+    }
+    if (r == s->cuts[cut]) {
+      out[0] = q.w;
+      v3_store(out + 1, q.v);
+      out += 4;
+      cut++;
+      first = r + 1;
+      q = one;
+    }
+  }
+  *(lanes *)s->lowest_chi = lowest;
+}
+
+/* Isotropic and straight at rest. With c = t.t', chi = 1 + c: E = alpha |kb|^2/l = 4 alpha (1-c)/(l chi),
+ * hence -dE/de = 8 alpha/(l chi^2) (t' - c t)/|e| and the same with the edges exchanged; d psi/de = -(t x
+ * t')/(chi |e|). q0, q1: the force on the edge before the vertex and on the one behind it. */
+INLINED void bend(const hb_strip *s, int r, direction t, direction n, bool twisted, lanes *lowest, v3 *q0,
+                  v3 *q1) {
+  lanes c = v3_dot(t.t, n.t), chi = R(1) + c;
+  *lowest = smaller(chi, *lowest);
+  chi = larger(chi, all(R(HB_FOLD_LIMIT)));
+  lanes inv = R(1) / chi, k = ((const lanes *)s->bend_gain)[r] * (inv * inv);
+  lanes k0 = k * t.inv, k1 = k * n.inv;
+  *q0 = v3_scale(k0, v3_axpy(n.t, -c, t.t));
+  *q1 = v3_scale(k1, v3_axpy(t.t, -c, n.t));
+  if (!twisted) return;
+  lanes g = ((const lanes *)s->moment)[r] * inv;
+  v3 x = v3_cross(t.t, n.t);
+  *q0 = v3_axpy(*q0, -(g * t.inv), x);
+  *q1 = v3_axpy(*q1, -(g * n.inv), x);
+}
+
+/* Force on all vertices; where strips meet join_elastic completes it. */
+INLINED void elastic_rows(hb_strip *s, bool pieces, bool twisted, bool exact) {
+  int top = s->rows - 1;
+  lanes *f = s->f, lowest = all(2);
+  v3 carry = v3_zero(), before = v3_zero(), q0, q1;
+  direction t = direct_row(s, 0, exact, s->full_rows < 1);
+  if (pieces) bend(s, 0, direct_before(s, exact), t, twisted, &lowest, &q0, &carry);
+  for (int r = 1; r <= top; r++) {
+    direction n;
+    if (r < s->full_rows) {
+      n = direct_row(s, r, exact, false);
+      bend(s, r, t, n, twisted, &lowest, &q0, &q1);
+    } else {
+      lanes here = all(2);
+      n = direct_row(s, r, exact, true);
+      bend(s, r, t, n, twisted, &here, &q0, &q1);
+      lowest = choose(real_edges(s, r), smaller(lowest, here), lowest);
+    }
+    v3 stress = v3_add(carry, q0);
+    v3_store(f + 3 * (r - 1), v3_sub(before, stress));
+    if (pieces && r == 1) v3_store(s->first_stress, stress);
+    before = stress;
+    carry = q1;
+    t = n;
+  }
+  v3 stress = carry;
+  if (pieces) {
+    lanes unused = all(2);
+    bend(s, s->rows, t, direct_behind(s, exact), twisted, &unused, &q0, &q1);
+    stress = v3_add(carry, q0);
+  }
+  v3_store(f + 3 * top, v3_sub(before, stress));
+  v3_store(f + 3 * s->rows, stress);
+  v3_store(s->last_stress, stress);
+  *(lanes *)s->lowest_chi = lowest;
+}
+
+/* Forces on the vertices that pieces share: from the last edge of one and the first of the next. */
+static void join_elastic(hb_strip *s) {
+  if (!s->pieces) return;
+  const int w = HB_LANES - 1;
+  lanes *f = s->f, *end = f + 3 * s->rows;
+  const lanes *first = s->first_stress, *last = s->last_stress;
+  for (int c = 0; c < 3; c++) {
+    hb_real before = s->before ? ((const lanes *)s->before->last_stress)[c][w] : 0;
+    hb_real behind = s->after ? ((const lanes *)s->after->first_stress)[c][0] : 0;
+    f[c] = up(last[c], before) - first[c];
+    end[c] = last[c] - down(first[c], behind);
+  }
+}
+
+/* ---- the passes, each compiled for its cases ---- */
+
+/* Transport. */
+static void transport(hb_strip *s, bool exact) {
+  if (s->pieces && exact)
+    transport_rows(s, true, true);
+  else if (s->pieces)
+    transport_rows(s, true, false);
+  else if (exact)
+    transport_rows(s, false, true);
+  else
+    transport_rows(s, false, false);
+}
+
+/* Elastic forces. */
+static void elastic(hb_strip *s, bool exact) {
+  if (s->pieces && s->twisted && exact)
+    elastic_rows(s, true, true, true);
+  else if (s->pieces && s->twisted)
+    elastic_rows(s, true, true, false);
+  else if (s->pieces && exact)
+    elastic_rows(s, true, false, true);
+  else if (s->pieces)
+    elastic_rows(s, true, false, false);
+  else if (s->twisted && exact)
+    elastic_rows(s, false, true, true);
+  else if (s->twisted)
+    elastic_rows(s, false, true, false);
+  else if (exact)
+    elastic_rows(s, false, false, true);
+  else
+    elastic_rows(s, false, false, false);
+}
+
+#endif

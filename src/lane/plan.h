@@ -1,0 +1,68 @@
+/* Which rods step in which lanes, and the way between the state and the lanes. */
+#ifndef HB_LANE_PLAN_H
+#define HB_LANE_PLAN_H
+
+#include "hebra/model.h"
+#include "hebra/state.h"
+#include "lane/strip.h"
+#include "math/rotation.h"
+
+/* What takes its steps together: a bundle of rods in the lanes of one strip, or one rod cut into pieces. */
+typedef struct hb_unit {
+  hb_strip *strips;
+  int strip_count;
+  int rods[HB_LANES_MAX]; /* bundle: rod of each lane; pieces: the rod */
+  int rod_count;
+  bool pieces;
+  bool twisted; /* closed form, with a twisting moment */
+  bool general;
+  double tally[HB_S_COUNT]; /* what this step adds to the totals of the state */
+  double length_error;      /* of this step */
+  bool finite;
+  double *chain; /* pieces: 4 per lane of all strips, for the system of last rows */
+} hb_unit;
+
+typedef struct hb_lane_plan {
+  const hb_lane_kernels *kernels;
+  hb_unit *units;
+  int unit_count;
+  int *unit_of;   /* per rod: its unit, or -1 */
+  hb_quat *turns; /* per panel of the model: transport along it */
+  void *block;
+  size_t bytes;
+} hb_lane_plan;
+
+/* Plans the rods with wanted[rod] != 0. *out NULL if there are none. */
+hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted,
+                              const hb_lane_kernels *kernels, hb_lane_plan **out, hb_error *err);
+void hb_lane_plan_free(hb_lane_plan *plan);
+
+/* State to lanes and back: positions, velocities, forces, multipliers of the unit's rods. */
+void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit);
+void hb_unit_store(const hb_model *model, hb_state *state, const hb_unit *unit);
+
+/* Where vertex (or edge) i of the unit's n-th rod is; for a vertex that two pieces share, the copy that
+ * begins a piece. */
+typedef struct hb_lane_place {
+  hb_strip *strip;
+  int lane, row;
+} hb_lane_place;
+hb_lane_place hb_unit_find(const hb_unit *unit, int n, int i);
+
+/* One of the vertex arrays of a strip, by its offset in hb_strip: offsetof(hb_strip, x). */
+void hb_unit_get3(const hb_unit *unit, int n, int i, size_t array, double out[3]);
+void hb_unit_set3(hb_unit *unit, int n, int i, size_t array, const double in[3]); /* all copies */
+
+/* A whole vertex array of the n-th rod: into the state's layout (3 per slot of the model), added from it,
+ * set to zero. */
+void hb_unit_store3(const hb_model *model, const hb_unit *unit, int n, size_t array, double *to);
+void hb_unit_add3(const hb_model *model, hb_unit *unit, int n, size_t array, const double *from);
+void hb_unit_clear3(hb_unit *unit, int n, size_t array);
+/* `numbers` numbers of edge j of the n-th rod, in one of the edge arrays. */
+void hb_unit_get_edge(const hb_unit *unit, int n, int j, size_t array, int numbers, double *out);
+void hb_unit_set_edge(hb_unit *unit, int n, int j, size_t array, int numbers, const double *in);
+/* Directors, spins and twists of the n-th rod, a general one; the state gets the tangents, too. */
+void hb_unit_load_frames(const hb_model *model, const hb_state *state, hb_unit *unit, int n);
+void hb_unit_store_frames(const hb_model *model, hb_state *state, const hb_unit *unit, int n);
+
+#endif
