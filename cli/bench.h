@@ -46,6 +46,7 @@ typedef struct cli_bench_count {
   double operations[HB_STAGE_COUNT + 1];
   double bytes[HB_STAGE_COUNT + 1]; /* that instructions load and store */
 } cli_bench_count;
+#define CLI_BENCH_COUNTED_CACHE 1048576.0 /* bytes, for the traffic */
 extern const cli_bench_count cli_bench_counts[];
 extern const int cli_bench_count_rows;
 extern const char *const cli_bench_counted_by; /* compiler, target, HEBRA_ISA */
@@ -83,7 +84,7 @@ hb_status cli_bench_measure(const cli_bench_case *c, bool quick, cli_bench_resul
 typedef struct cli_bench_rate {
   const cli_bench_count *count; /* NULL: nothing was counted */
   double gflops, of_peak;       /* operations, and their share of the peak in that precision */
-  int level;    /* of memory: 0 if the rods have room in the second cache, else the one that holds them */
+  int level;    /* of memory: 0 if they fit into the second cache or 1 MiB, else the one that holds them */
   double bytes; /* per vertex and step: at level 0 what instructions move, else the traffic */
   double gbytes, of_bandwidth; /* GB/s, and their share of the level's bandwidth */
 } cli_bench_rate;

@@ -117,7 +117,9 @@ cli_bench_rate cli_bench_compare(const cli_bench_case *c, const cli_bench_result
   rate.bytes = rate.gbytes = rate.of_bandwidth = (double)NAN;
   for (int level = CLI_BENCH_LEVELS - 2; level >= 0; level--)
     if (held <= (double)machine->size[level]) rate.level = level;
-  if (rate.level == 1) rate.level = 0; /* what waits is the way into the registers */
+  /* What waits there is the way into the registers. The traffic was counted of rods that are far too large
+   * for such a cache. */
+  if (rate.level == 1 || held <= CLI_BENCH_COUNTED_CACHE) rate.level = 0;
   if (!rate.count) return rate;
   for (int k = 0; k <= HB_STAGE_COUNT; k++) {
     operations += rate.count->operations[k];
