@@ -654,7 +654,7 @@ static hb_status step_rods(const journey *j, hb_rod_step step_rod, hb_error *err
   hb_unit *u = j->u;
   hb_status status = HB_OK;
   turn_over(j);
-  memset(u->tally, 0, sizeof u->tally);
+  memset(u->tally, 0, HB_S_COUNT * sizeof *u->tally);
   u->length_error = 0;
   hb_unit_store(s->model, s->state, u);
   s->length_error = 0;
@@ -674,7 +674,7 @@ static void keep_rates(const journey *j) {
 
 /* Beginning of a step. */
 static void begin(const journey *j) {
-  memset(j->u->tally, 0, sizeof j->u->tally);
+  memset(j->u->tally, 0, HB_S_COUNT * sizeof *j->u->tally);
   j->u->length_error = 0;
   hb_stepper_begin(j->s);
   keep_support_forces(j);
