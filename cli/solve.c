@@ -1,5 +1,6 @@
 /* hebra solve: the equilibrium of a scene, without marching in time. */
 #include "base/clock.h"
+#include "base/memory.h"
 #include "cli/cli.h"
 #include "output/file.h"
 #include "output/report.h"
@@ -127,6 +128,39 @@ static hb_status choose_directory(solution *r, hb_error *err) {
   return HB_OK;
 }
 
+/* Reads one frame of a trajectory of the same rods; the last, or the one after a colon: FILE:FRAME. */
+static hb_status read_moment(solution *r, hb_error *err) {
+  static const char *const names[] = {"position", "m1", "twist", "bishop_u", "theta"};
+  double *const fields[] = {r->frame->position, r->frame->m1, r->frame->twist, r->frame->bishop_u,
+                            r->frame->theta};
+  char path[PATH_MAX];
+  const char *colon = strrchr(r->opt.from, ':');
+  char *end = NULL;
+  long index = colon ? strtol(colon + 1, &end, 10) : -1;
+  bool chosen = colon && end != colon + 1 && !*end;
+  hb_reader *reader = NULL;
+  snprintf(path, sizeof path, "%.*s", chosen ? (int)(colon - r->opt.from) : PATH_MAX - 1, r->opt.from);
+  hb_status status = hb_reader_open(path, &reader, err);
+  if (status) return status;
+  const hb_trajectory_info *info = hb_reader_info(reader);
+  if (!chosen || index < 0) index = info->frames + (chosen ? index : -1);
+  if (info->nv != r->model->nv || info->rod_count != r->model->rod_count)
+    status = hb_fail(err, HB_ERR_INPUT, "%s: holds %d rods with %d vertices in all, the scene has %d with %d",
+                     path, info->rod_count, info->nv, r->model->rod_count, r->model->nv);
+  else if (index < 0 || index >= info->frames)
+    status = hb_fail(err, HB_ERR_INPUT, "--from %s: there is no such frame; the trajectory has %ld, 0 to %ld",
+                     r->opt.from, info->frames, info->frames - 1);
+  double *times = status ? NULL : hb_alloc((size_t)info->frames, sizeof *times);
+  if (!status && !times) status = hb_fail_memory(err, "times of a trajectory");
+  if (!status) status = hb_reader_series(reader, "time", times, err);
+  for (size_t k = 0; !status && k < sizeof names / sizeof names[0]; k++)
+    status = hb_reader_field(reader, names[k], index, fields[k], err);
+  if (!status) r->frame->time = times[index];
+  hb_free(times);
+  hb_reader_close(reader);
+  return status ? status : hb_sim_resume(r->sim, r->frame, err);
+}
+
 /* Scene, model, start. */
 static hb_status prepare(solution *r, hb_error *err) {
   hb_status status = choose_directory(r, err);
@@ -134,7 +168,7 @@ static hb_status prepare(solution *r, hb_error *err) {
   if (!status) status = hb_model_create(&r->def, &r->model, err);
   if (!status) status = hb_sim_create(r->model, &r->sim, err);
   if (!status) status = hb_frame_create(r->model, &r->frame, err);
-  return status;
+  return !status && r->opt.from ? read_moment(r, err) : status;
 }
 
 /* The search. */
@@ -205,8 +239,9 @@ static int run_verb(int argc, char **argv) {
 
 const cli_verb cli_verb_solve = {
     "solve", "find the equilibrium of a scene, without marching in time",
-    "usage: hebra solve SCENE [-o DIR] [--set KEY=VALUE ...] [--time T] [--load-steps N] [--any]\n"
-    "                   [--tolerance X] [--max-iterations N] [--quiet] [--json]\n"
+    "usage: hebra solve SCENE [-o DIR] [--set KEY=VALUE ...] [--time T] [--load-steps N] [--from "
+    "FILE[:FRAME]]\n"
+    "                   [--any] [--tolerance X] [--max-iterations N] [--quiet] [--json]\n"
     "\n"
     "Looks for the shape in which loads, supports and elasticity balance, from the initial shape of the "
     "scene on.\n"
@@ -222,6 +257,9 @@ const cli_verb cli_verb_solve = {
     "  --time T              time at which loads and supports are taken\n"
     "  --load-steps N        go through N equilibria from time 0 to T, each starting from the one before "
     "(default 1)\n"
+    "  --from FILE[:FRAME]   start from a frame of a trajectory of this scene (default the last; -1, -2 ... "
+    "count from the\n"
+    "                        end) instead of from the initial shape\n"
     "  --any                 accept an unstable equilibrium; without it the search goes on downhill until it "
     "is stable\n"
     "  --tolerance X         unbalanced force allowed, relative to tensions and loads (default 1e-10)\n"

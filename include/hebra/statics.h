@@ -38,6 +38,11 @@ typedef struct hb_equilibrium {
   double *multiplier; /* one per slot: the multiplier of each edge's length, tension/2 on exact lengths */
 } hb_equilibrium;
 
+/* Puts the state of sim where a measured moment was: its time, positions, material frames with their windings
+ * (the fields time, position, m1, twist, bishop_u and theta of frame are read); velocities 0. The moment must
+ * be of the same model, supports in their places of that time. HB_ERR_INPUT: it does not fit. */
+hb_status hb_sim_resume(hb_sim *sim, const hb_frame *frame, hb_error *err);
+
 /* Moves the state of sim to an equilibrium: positions, frames; velocities 0, time = options->time. Each rod
  * is solved by itself. The result is to be given to hb_equilibrium_free, also after an error. HB_ERR_INPUT: a
  * load that turns with the rod or drags it, a rod that nothing holds against its loads. HB_ERR_NUMERIC: no

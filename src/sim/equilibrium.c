@@ -80,6 +80,49 @@ hb_status hb_sim_find_equilibrium(hb_sim *sim, const hb_equilibrium_options *opt
   return status;
 }
 
+/* Lengths and places of supports of the given moment, to the digits that a file may have lost. */
+static hb_status check_moment(hb_sim *sim, const hb_rod *rod, const hb_frame *frame, hb_error *err) {
+  const double *x = frame->position;
+  double worst = hb_project_length_error(sim->model, rod, x), off = 0;
+  for (int k = 3 * rod->first; k < 3 * (rod->first + rod->nv); k++)
+    off = fmax(off, fabs(sim->state->x[k] - x[k]));
+  if (!(worst <= 1e-5))
+    return hb_fail(err, HB_ERR_INPUT, "rod %s: the given shape has edges that are off their lengths by %.3g",
+                   rod->name, worst);
+  if (!(off <= 1e-6 * rod->length))
+    return hb_fail(
+        err, HB_ERR_INPUT,
+        "rod %s: supports are %.3g away from where they are in the given shape at t = %.9g: it is of another "
+        "scene",
+        rod->name, off, frame->time);
+  return HB_OK;
+}
+
+/* Rod by rod. */
+hb_status hb_sim_resume(hb_sim *sim, const hb_frame *frame, hb_error *err) {
+  const hb_model *m = sim->model;
+  size_t size = 3 * (size_t)m->nv * sizeof(double);
+  hb_status status = HB_OK;
+  memcpy(sim->state->x, frame->position, size);
+  sim->state->scalar[HB_S_TIME] = frame->time;
+  for (int r = 0; !status && r < m->rod_count; r++) {
+    const hb_rod *rod = &m->rods[r];
+    hb_stepper_place(&sim->stepper, rod, frame->time, 1, true);
+    status = check_moment(sim, rod, frame, err);
+    if (status) return status;
+    if (!hb_rod_geometry(rod, sim->state->x, &sim->stepper.rod_work))
+      return hb_fail(err, HB_ERR_INPUT, "rod %s: the given shape has an edge of length zero", rod->name);
+    hb_frames_resume(m, rod, sim->state, &sim->stepper.rod_work, frame->time, frame->m1, frame->twist,
+                     frame->bishop_u + 3 * rod->first, frame->theta[rod->first]);
+    memset(sim->state->v + 3 * rod->first, 0, 3 * (size_t)rod->nv * sizeof(double));
+    status = hb_stepper_evaluate(&sim->stepper, rod, frame->time, sim->state->v, 0, err);
+    bool viscous = m->def->rods[r].viscosity != NULL; /* nothing has moved before */
+    for (int k = 4 * rod->first; !status && viscous && k < 4 * (rod->first + rod->nv); k++)
+      sim->state->omega_1[k] = sim->state->omega_2[k] = sim->stepper.rod_work.omega[k - 4 * rod->first];
+  }
+  return status;
+}
+
 /* The array that it owns. */
 void hb_equilibrium_free(hb_equilibrium *result) {
   hb_free(result->multiplier);

@@ -28,6 +28,7 @@ typedef struct look {
   double turn, longest;
   double residual, scale; /* largest unbalanced force, and what it is compared with */
   double shift;           /* stiffness that had to be added */
+  bool fitted;            /* do the multipliers of the step fit better here than those before? */
 } look;
 
 /* What forces, stiffnesses and round-off of this rod are compared with. */
@@ -100,10 +101,9 @@ static void solve_step(hb_statics *s, const hb_rod *rod, look *now) {
     now->slope += s->direction[HB_KKT_STRIDE * (j + 1) + HB_KKT_MULTIPLIER] * s->kkt.length[j];
 }
 
-/* New multipliers out of the step. */
-static void take_multipliers(hb_statics *s, const hb_rod *rod) {
-  for (int j = 0; j + 1 < rod->nv; j++)
-    s->multiplier[rod->first + j] = s->direction[HB_KKT_STRIDE * (j + 1) + HB_KKT_MULTIPLIER];
+/* Multipliers of the step, which belong to where it leads; copied into `out`. */
+static void new_multipliers(const hb_statics *s, const hb_rod *rod, double *out) {
+  for (int j = 0; j + 1 < rod->nv; j++) out[j] = s->direction[HB_KKT_STRIDE * (j + 1) + HB_KKT_MULTIPLIER];
 }
 
 /* Places of the supports at time t as displacements of the rod, in s->moved; the state is left as it is.
@@ -185,8 +185,12 @@ static hb_status look_around(hb_statics *s, const hb_rod *rod, double t, bool an
       return hb_fail(err, HB_ERR_NUMERIC, "rod %s: the lengths cannot be kept: its supports leave it no room",
                      rod->name);
     solve_step(s, rod, now);
-    take_multipliers(s, rod);
-    now->residual = unbalanced(s, rod, multiplier);
+    /* what was predicted for this place, or what fits it now: whichever fits better tells how far off it is
+     */
+    new_multipliers(s, rod, s->scratch);
+    double expected = unbalanced(s, rod, multiplier), fitted = unbalanced(s, rod, s->scratch);
+    now->residual = fmin(expected, fitted);
+    now->fitted = fitted < expected;
     now->scale = fmax(s->unit, largest_tension(rod, multiplier));
     /* next to equilibrium a long step is round-off along a mode without stiffness */
     if (now->residual > 1e-3 * now->scale || now->turn < 10 * turn_before || s->floor >= s->softest)
@@ -261,6 +265,7 @@ static hb_status balance(hb_statics *s, const hb_rod *rod, double t, const hb_eq
       if (!strict) return HB_OK;
       hb_statics_count_modes(s, rod, now.residual, result, &unstable, &neutral);
       if (unstable == 0 || options->any) {
+        if (now.fitted) new_multipliers(s, rod, s->multiplier + rod->first);
         book(s, &now, unstable, neutral, result);
         return HB_OK;
       }
@@ -273,6 +278,7 @@ static hb_status balance(hb_statics *s, const hb_rod *rod, double t, const hb_eq
     }
     if (iteration >= limit)
       return strict ? not_found(s, rod, &now, iteration, options->tolerance, err) : HB_OK;
+    new_multipliers(s, rod, s->multiplier + rod->first);
     result->iterations++;
     previous = now.residual;
     if (options->any)
