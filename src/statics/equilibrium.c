@@ -43,7 +43,7 @@ static void find_scales(hb_statics *s, const hb_rod *rod) {
     load += hb_v3_norm(hb_v3_load(s->state->load + 3 * k));
   s->unit = fmax(B / (length * length), load);
   double stiffness = s->unit / (length * length), ratio = length / shortest;
-  double round_off = 64 * DBL_EPSILON * (B * ratio * ratio / (length * length) + s->unit) * ratio * ratio;
+  double round_off = 16 * DBL_EPSILON * (B * ratio * ratio / (length * length) + s->unit) * ratio * ratio;
   s->floor = SOFT * stiffness;
   s->softest = fmax(s->floor, round_off / (length * length));
 }
