@@ -46,7 +46,8 @@ hb_status hb_sim_resume(hb_sim *sim, const hb_frame *frame, hb_error *err);
 /* Moves the state of sim to an equilibrium: positions, frames; velocities 0, time = options->time. Each rod
  * is solved by itself. The result is to be given to hb_equilibrium_free, also after an error. HB_ERR_INPUT: a
  * load that turns with the rod or drags it, a rod that nothing holds against its loads. HB_ERR_NUMERIC: no
- * convergence. */
+ * convergence. The state is there to be measured, or to look on from; hb_sim_step counts time in steps and
+ * does not go on from it. */
 hb_status hb_sim_find_equilibrium(hb_sim *sim, const hb_equilibrium_options *options, hb_equilibrium *result,
                                   hb_error *err);
 void hb_equilibrium_free(hb_equilibrium *result);

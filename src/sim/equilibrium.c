@@ -125,6 +125,7 @@ hb_status hb_sim_resume(hb_sim *sim, const hb_frame *frame, hb_error *err) {
 
 /* The array that it owns. */
 void hb_equilibrium_free(hb_equilibrium *result) {
+  if (!result) return;
   hb_free(result->multiplier);
   result->multiplier = NULL;
 }
@@ -134,6 +135,7 @@ void hb_sim_measure_equilibrium(hb_sim *sim, const hb_equilibrium *result, hb_fr
   const hb_model *m = sim->model;
   const double *x = sim->state->x;
   hb_sim_measure(sim, frame);
+  frame->balance = 0; /* nothing was integrated, nothing can be wrong with it */
   for (int r = 0; r < m->rod_count; r++) {
     const hb_rod *rod = &m->rods[r];
     double before[3] = {0, 0, 0};

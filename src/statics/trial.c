@@ -103,7 +103,12 @@ hb_status hb_statics_evaluate(hb_statics *s, const hb_rod *rod, double t, hb_err
   for (int k = 0; s->terms[k]; k++)
     if (!s->terms[k]->dissipative && s->terms[k]->active(s->model, rod))
       s->terms[k]->add(s->model, rod, t, state->x, s->none, NULL, state->load);
-  for (size_t k = from; k < to; k++) state->force[k] += state->load[k];
+  double sum = 0;
+  for (size_t k = from; k < to; k++) {
+    state->force[k] += state->load[k];
+    sum += state->load[k];
+  }
+  if (!isfinite(sum)) return hb_fail(err, HB_ERR_NUMERIC, "rod %s: a load is not finite", rod->name);
   if (!(s->rod_work.lowest_chi > HB_FOLD_LIMIT))
     return hb_fail(err, HB_ERR_NUMERIC, "rod %s: the rod folds back onto itself at vertex %d", rod->name,
                    hb_rod_find_fold(rod, &s->rod_work));

@@ -19,7 +19,7 @@ typedef struct solved {
 
 /* Reads scenes/statics/NAME.yaml with the overrides (each "key=value", the last one NULL) and looks for its
  * equilibrium at the end of the scene. Ends the test with the sentence if anything fails. */
-static inline void solved_begin(solved *s, const char *name, bool any, ...) {
+static inline void solved_begin(solved *s, const char *name, int any, ...) {
   char path[500], texts[8][80];
   const char *overrides[8], *next;
   int count = 0;

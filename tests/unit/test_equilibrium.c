@@ -179,6 +179,43 @@ static void windings_resumed(void **state) {
   }
 }
 
+/* Two rods in one scene are solved as each would be alone. */
+static void several_rods(void **state) {
+  (void)state;
+  static const char *const rods[] = {"  - name: first\n"
+                                     "    rest: {line: {to: [1, 0, 0], vertices: 21}}\n"
+                                     "    bending: 1\n"
+                                     "    twisting: 1\n"
+                                     "    linear_density: 1\n"
+                                     "    start: {clamp: true}\n",
+                                     "  - name: second\n"
+                                     "    rest: {helix: {radius: 0.1, pitch: 0.1, turns: 2, vertices: 41}}\n"
+                                     "    bending: [0.1, 0.2]\n"
+                                     "    twisting: 0.1\n"
+                                     "    linear_density: 1\n"
+                                     "    start: {clamp: true}\n"};
+  bench together, alone;
+  char scene[1200];
+  static const char head[] = "method: {time_step: 1e-4, duration: 1}\ngravity: [0, 0, -3]\nrods:\n";
+  snprintf(scene, sizeof scene, "%s%s%s", head, rods[0], rods[1]);
+  make(&together, scene);
+  find(&together, 1);
+  double elastic = 0;
+  for (int k = 0; k < 2; k++) {
+    snprintf(scene, sizeof scene, "%s%s", head, rods[k]);
+    make(&alone, scene);
+    find(&alone, 1);
+    int first = together.model->rods[k].first, nv = together.model->rods[k].nv;
+    assert_near_array(together.frame->position + 3 * first, alone.frame->position, 3 * nv, 1e-12);
+    assert_near_array(together.frame->tension + first, alone.frame->tension, nv, 1e-9);
+    elastic += alone.found.elastic;
+    unmake(&alone);
+  }
+  assert_near_rel(together.found.elastic, elastic, 1e-12);
+  assert_near_rel(together.found.elastic, together.frame->bending + together.frame->twisting, 1e-12);
+  unmake(&together);
+}
+
 /* What statics cannot do, it says. */
 static void refusals(void **state) {
   (void)state;
@@ -193,6 +230,8 @@ static void refusals(void **state) {
                 ": wind has no potential", HB_ERR_INPUT},
                {BEAM "forces:\n  - {point: [0, 0, 1], vertex: -1}\n",
                 "rod beam: no support holds a vertex against the loads", HB_ERR_INPUT},
+               {BEAM "    start: {clamp: true}\nforces:\n  - {point: [0, 0, log(-t)], vertex: -1}\n",
+                "rod beam: a load is not finite", HB_ERR_NUMERIC},
                {BEAM "    start: {position: fixed}\nforces:\n  - {point: [0, 1 + y, 0], vertex: -1}\n",
                 "rod beam: no equilibrium", HB_ERR_NUMERIC}};
   for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
@@ -200,7 +239,7 @@ static void refusals(void **state) {
     hb_error err = {HB_OK, ""};
     make(&b, cases[k].scene);
     hb_equilibrium_options options = hb_equilibrium_defaults(0);
-    options.max_iterations = k == 3 ? 3 : 100;
+    options.max_iterations = k == 4 ? 3 : 100;
     assert_int_equal(hb_sim_find_equilibrium(b.sim, &options, &b.found, &err), cases[k].status);
     if (!strstr(err.text, cases[k].sentence))
       fail_msg("\"%s\" does not say \"%s\"", err.text, cases[k].sentence);
@@ -228,7 +267,7 @@ static void wrong_options(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(spring_at_tip),    cmocka_unit_test(repelling_load),
                                      cmocka_unit_test(balances),         cmocka_unit_test(supports_move),
-                                     cmocka_unit_test(windings_resumed), cmocka_unit_test(refusals),
-                                     cmocka_unit_test(wrong_options)};
+                                     cmocka_unit_test(windings_resumed), cmocka_unit_test(several_rods),
+                                     cmocka_unit_test(refusals),         cmocka_unit_test(wrong_options)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
