@@ -230,6 +230,42 @@ static void spring(void **state) {
   }
 }
 
+/* Strip on its edge: the load at which it gives way sideways, of the discrete rod; 4.2418020971 on fine
+ * meshes. */
+static void strip(void **state) {
+  (void)state;
+  static const double table[][2] = {{11, 4.26309849}, {21, 4.24690898}, {41, 4.24304952}, {81, 4.24210941}};
+  for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) {
+    double found = threshold("strip", (int)table[k][0], "parameters.P", 4, 4.5);
+    say("strip of %3.0f: %.8f (%+.1e)\n", table[k][0], found, found / table[k][1] - 1);
+    assert_near_rel(found, table[k][1], 5e-7); /* a mode counts as unstable only beyond the resolution */
+  }
+}
+
+/* Curved cantilever under a load across its plane, P = 600: tip of the smooth rod, at second order. */
+static void curved_cantilever(void **state) {
+  (void)state;
+  static const double exact[3] = {47.1512944, 15.685078162, 53.468598442};
+  double tip[3][3], error[3];
+  for (int level = 0; level < 3; level++) {
+    solved s;
+    char a[80];
+    solved_begin(&s, "curved-cantilever", false, solved_set(a, "parameters.n", 41 << level), NULL);
+    error[level] = 0;
+    for (int c = 0; c < 3; c++) {
+      tip[level][c] = solved_tip(&s, c);
+      error[level] = hypot(error[level], tip[level][c] - exact[c]);
+    }
+    say("curved cantilever of %3d: tip off by %.3g of the radius, %d iterations\n", s.model->nv,
+        error[level] / 100, s.found.iterations);
+    assert_int_equal(s.found.unstable, 0);
+    solved_end(&s);
+  }
+  double ratio = pow((164 - 1.5) / (82 - 1.5), 2);
+  assert_near_rel(error[1] / error[2], ratio, 0.01);
+  for (int c = 0; c < 3; c++) assert_near(tip[2][c] + (tip[2][c] - tip[1][c]) / (ratio - 1), exact[c], 1e-4);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(cantilever_small_load),
                                      cmocka_unit_test(cantilever_large_loads),
@@ -239,6 +275,8 @@ int main(void) {
                                      cmocka_unit_test(localised_buckling),
                                      cmocka_unit_test(twisted_ring),
                                      cmocka_unit_test(overcurved_ring),
-                                     cmocka_unit_test(spring)};
+                                     cmocka_unit_test(spring),
+                                     cmocka_unit_test(strip),
+                                     cmocka_unit_test(curved_cantilever)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
