@@ -3,8 +3,12 @@
 #include "hebra/sim.h"
 #include "hebra/statics.h"
 #include "support/near.h"
+#include "support/rods.h"
+
+#include "base/memory.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct bench {
@@ -179,6 +183,36 @@ static void windings_resumed(void **state) {
   }
 }
 
+/* The smallest rod, and rods that supports leave little or nothing to do. */
+static void nothing_to_do(void **state) {
+  (void)state;
+  static const char *const supports[] = {
+      "start: {clamp: true}", "start: {position: fixed}\n    end: {position: fixed}",
+      "supports: [{vertex: 0, position: fixed}, {vertex: 1, position: fixed}, "
+      "{vertex: 2, position: fixed}]"};
+  for (int k = 0; k < 3; k++) {
+    bench b;
+    char scene[600];
+    snprintf(scene, sizeof scene,
+             "method: {time_step: 1e-4, duration: 0}\n"
+             "gravity: [0, 0, -10]\n"
+             "rods:\n"
+             "  - rest: {vertices: [[0, 0, 0], [0.5, 0, -0.1], [1, 0, 0]]}\n"
+             "    bending: 0.2\n"
+             "    twisting: 1\n"
+             "    linear_density: 1\n"
+             "    %s\n",
+             supports[k]);
+    make(&b, scene);
+    find(&b, 1);
+    assert_int_equal(b.found.unstable, 0);
+    double sum = 0, length = hypot(0.5, 0.1);
+    for (int i = 0; i < 3; i++) sum += b.frame->reaction[3 * i + 2];
+    assert_near_rel(sum, 10 * 2 * length, 1e-9);
+    unmake(&b);
+  }
+}
+
 /* Two rods in one scene are solved as each would be alone. */
 static void several_rods(void **state) {
   (void)state;
@@ -214,6 +248,59 @@ static void several_rods(void **state) {
   assert_near_rel(together.found.elastic, elastic, 1e-12);
   assert_near_rel(together.found.elastic, together.frame->bending + together.frame->twisting, 1e-12);
   unmake(&together);
+}
+
+/* A random rod of any kind, far from rest, its first edge clamped, under a load at its tip that bends it by a
+ * radian or so. */
+static void random_cantilever(rng *r, int trial, rod_case *c) {
+  hb_error err = {HB_OK, ""};
+  rod_case_random(c, r, (rod_family)(trial % ROD_FAMILY_COUNT), ROD_FREE_FREE, 0);
+  hb_rod_def *rod = &c->def.rods[0];
+  rod_hold_vertex(rod, 0);
+  rod_hold_vertex(rod, 1);
+  rod_hold_angle(rod, 0, "0");
+  c->def.method.time_step = 1e-3;
+  c->def.method.duration = 1;
+  c->def.forces = hb_alloc(1, sizeof *c->def.forces);
+  assert_non_null(c->def.forces);
+  c->def.force_count = 1;
+  hb_force_def_init(c->def.forces);
+  c->def.forces[0].kind = HB_FORCE_POINT;
+  c->def.forces[0].vertex = -1;
+  double d[3], length = 0;
+  for (int k = 3; k < 3 * rod->nv; k += 3)
+    length += hypot(hypot(rod->rest[k] - rod->rest[k - 3], rod->rest[k + 1] - rod->rest[k - 2]),
+                    rod->rest[k + 2] - rod->rest[k - 1]);
+  double size = rng_uniform(r, 0, 4) * rod->B[0] / (length * length);
+  rng_direction(r, d);
+  for (int k = 0; k < 3; k++)
+    if (hb_formula_constant(size * d[k], &c->def.forces[0].value[k], &err)) fail_msg("%s", err.text);
+}
+
+/* Every random rod comes to a stable rest. */
+static void random_rods(void **state) {
+  (void)state;
+  rng r = rng_start(7);
+  int iterations = 0;
+  for (int trial = 0; trial < 200; trial++) {
+    rod_case c;
+    bench b;
+    hb_error err = {HB_OK, ""};
+    memset(&b, 0, sizeof b);
+    random_cantilever(&r, trial, &c);
+    if (hb_model_create(&c.def, &b.model, &err) || hb_sim_create(b.model, &b.sim, &err))
+      fail_msg("%s", err.text);
+    hb_equilibrium_options options = hb_equilibrium_defaults(1);
+    if (hb_sim_find_equilibrium(b.sim, &options, &b.found, &err)) fail_msg("trial %d: %s", trial, err.text);
+    assert_int_equal(b.found.unstable, 0);
+    assert_at_most(b.found.residual, 1e-9 * b.found.force_scale);
+    iterations += b.found.iterations;
+    hb_equilibrium_free(&b.found);
+    hb_sim_free(b.sim);
+    hb_model_free(b.model);
+    rod_case_free(&c);
+  }
+  if (getenv("HEBRA_TEST_VERBOSE")) printf("%.1f iterations per rod\n", iterations / 200.0);
 }
 
 /* What statics cannot do, it says. */
@@ -267,7 +354,8 @@ static void wrong_options(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(spring_at_tip),    cmocka_unit_test(repelling_load),
                                      cmocka_unit_test(balances),         cmocka_unit_test(supports_move),
-                                     cmocka_unit_test(windings_resumed), cmocka_unit_test(several_rods),
+                                     cmocka_unit_test(windings_resumed), cmocka_unit_test(nothing_to_do),
+                                     cmocka_unit_test(several_rods),     cmocka_unit_test(random_rods),
                                      cmocka_unit_test(refusals),         cmocka_unit_test(wrong_options)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
