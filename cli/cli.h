@@ -23,7 +23,5 @@ extern const cli_verb cli_verb_run, cli_verb_check, cli_verb_info, cli_verb_expo
 int cli_fail(const char *verb, const hb_error *err);
 /* The same for a mistake in the arguments: prints the sentence and how to get help; returns CLI_BAD_INPUT. */
 int cli_usage(const cli_verb *verb, const char *format, ...) HB_PRINTF(2, 3);
-/* Prints a file to stdout. */
-void cli_print_file(const char *path);
 
 #endif

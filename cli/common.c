@@ -1,4 +1,4 @@
-/* What all verbs share: saying what went wrong, showing a file. */
+/* What all verbs share: saying what went wrong. */
 #include "cli/cli.h"
 
 #include <stdarg.h>
@@ -19,13 +19,4 @@ int cli_usage(const cli_verb *verb, const char *format, ...) {
   va_end(args);
   fprintf(stderr, "\nhebra %s --help explains its arguments.\n", verb->name);
   return CLI_BAD_INPUT;
-}
-
-/* Prints a file to stdout. */
-void cli_print_file(const char *path) {
-  char buffer[4096];
-  FILE *file = fopen(path, "rb");
-  if (!file) return;
-  for (size_t n; (n = fread(buffer, 1, sizeof buffer, file)) > 0;) fwrite(buffer, 1, n, stdout);
-  fclose(file);
 }

@@ -306,6 +306,15 @@ static hb_status simulate(run *r, hb_error *err) {
   return HB_OK;
 }
 
+/* Prints a file to stdout. */
+static void print_file(const char *path) {
+  char buffer[4096];
+  FILE *file = fopen(path, "rb");
+  if (!file) return;
+  for (size_t n; (n = fread(buffer, 1, sizeof buffer, file)) > 0;) fwrite(buffer, 1, n, stdout);
+  fclose(file);
+}
+
 /* Report, closing lines, exit status. */
 static int finish(run *r, hb_status status, hb_error *err) {
   struct rusage usage;
@@ -325,7 +334,7 @@ static int finish(run *r, hb_status status, hb_error *err) {
     status = later.status;
     *err = later;
   }
-  if (r->opt.json) cli_print_file(r->report);
+  if (r->opt.json) print_file(r->report);
   if (!r->opt.quiet)
     fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
             cli_progress_seconds(&r->progress));

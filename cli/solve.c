@@ -215,6 +215,15 @@ static void say(const solution *r) {
   fprintf(stderr, "shape in %s, figures in %s\n", r->trajectory, r->report);
 }
 
+/* Prints a file to stdout. */
+static void print_file(const char *path) {
+  char buffer[4096];
+  FILE *file = fopen(path, "rb");
+  if (!file) return;
+  for (size_t n; (n = fread(buffer, 1, sizeof buffer, file)) > 0;) fwrite(buffer, 1, n, stdout);
+  fclose(file);
+}
+
 /* The verb. */
 static int run_verb(int argc, char **argv) {
   solution r;
@@ -227,7 +236,7 @@ static int run_verb(int argc, char **argv) {
   if (!status) status = solve(&r, &err);
   if (!status) status = write_results(&r, &err);
   if (!status && !r.opt.quiet) say(&r);
-  if (!status && r.opt.json) cli_print_file(r.report);
+  if (!status && r.opt.json) print_file(r.report);
   result = status ? cli_fail("solve", &err) : CLI_DONE;
   hb_equilibrium_free(&r.found);
   hb_frame_free(r.frame);

@@ -1,4 +1,4 @@
-/* hebra/statics.h - equilibrium without marching in time (docs/theory, 10). */
+/* hebra/statics.h - equilibrium without marching in time (docs/theory, 11). */
 #ifndef HEBRA_STATICS_H
 #define HEBRA_STATICS_H
 

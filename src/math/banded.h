@@ -3,7 +3,7 @@
  * Without exchange the band stays as it is, and by Sylvester's law the numbers of positive and negative
  * pivots are those of the eigenvalues. The price is that no leading block may be singular: the caller's
  * matrices must be definite, or saddle-point matrices that are made safe by an added multiple of the
- * constraints (docs/theory, 10.4). */
+ * constraints (docs/theory, 11.4). */
 #ifndef HB_MATH_BANDED_H
 #define HB_MATH_BANDED_H
 

@@ -1,4 +1,4 @@
-/* Hessian of bending and twisting, vertex by vertex (docs/theory, 10.1 to 10.3).
+/* Hessian of bending and twisting, vertex by vertex (docs/theory, 11.1 to 11.3).
  *
  * The energy W of a vertex depends on its two edges only through their tangents a, b and on the turns of
  * their frames. Each tangent moves in the plane normal to it, of which two unit vectors p are the basis: four
@@ -39,7 +39,7 @@ static void look(joint *v) {
   }
 }
 
-/* Second derivatives of f = g . kb at fixed g (10.2), and its first. */
+/* Second derivatives of f = g . kb at fixed g (11.2), and its first. */
 static void add_curvature(joint *v, hb_v3 g) {
   double inv = v->inv_chi, f = hb_v3_dot(g, v->kb), first[4];
   for (int k = 0; k < 4; k++) {
@@ -93,7 +93,7 @@ static hb_v3 bend_side(joint *v, int side, double inv_l, const double *B, const 
   return hb_v3_axpy(hb_v3_scale(b1, m2), -b2, m1);
 }
 
-/* beta (m - rest)^2/l: gain = 2 beta/l, M = gain (m - rest); dm/dk = kb . p_k/2 (10.3). */
+/* beta (m - rest)^2/l: gain = 2 beta/l, M = gain (m - rest); dm/dk = kb . p_k/2 (11.3). */
 static void add_twist(joint *v, double gain, double M) {
   double quarter = 0.25 * M * v->inv_chi, half = 0.5 * M * v->inv_chi;
   hb_v3 sum = hb_v3_add(v->t[0], v->t[1]);

@@ -1,4 +1,4 @@
-/* Second derivatives of the elastic energy (docs/theory, 10). */
+/* Second derivatives of the elastic energy (docs/theory, 11). */
 #ifndef HB_ROD_HESSIAN_H
 #define HB_ROD_HESSIAN_H
 

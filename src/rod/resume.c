@@ -1,5 +1,5 @@
 /* Frames from a measured moment: positions, directors and twists as an output has them. */
-#include "rod/rod.h"
+#include "rod/resume.h"
 
 #include "math/rotation.h"
 

@@ -60,12 +60,6 @@ void hb_frames_closed(const hb_model *model, const hb_rod *rod, const hb_state *
 /* Bishop directors along the rod from u0 on edge 0, into out (3 per edge). */
 void hb_frames_bishop(const hb_rod *rod, const hb_rod_work *work, const double u0[3], double *out);
 
-/* resume.c: after hb_rod_geometry at the positions of a measured moment. Fills every frame field of the rod's
- * state from what was measured at time t: directors m1 (3 per slot) and twists (per slot), Bishop director
- * and material angle of the first edge. */
-void hb_frames_resume(const hb_model *model, const hb_rod *rod, hb_state *state, const hb_rod_work *work,
-                      double t, const double *m1, const double *twist, const double *u0, double theta_0);
-
 /* twist_closed.c: after hb_frames_hold. Twist and moment of each span in closed form. */
 void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work);
 

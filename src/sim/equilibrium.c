@@ -2,6 +2,7 @@
 #include "sim/sim.h"
 
 #include "base/memory.h"
+#include "rod/resume.h"
 #include "statics/equilibrium.h"
 
 #include <math.h>

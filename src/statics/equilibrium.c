@@ -1,4 +1,4 @@
-/* Newton's method on the shapes of the right lengths, made to go downhill (docs/theory, 10.5). */
+/* Newton's method on the shapes of the right lengths, made to go downhill (docs/theory, 11.5). */
 #include "statics/equilibrium.h"
 
 #include "force/force.h"

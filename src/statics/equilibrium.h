@@ -1,4 +1,4 @@
-/* Equilibrium of one rod after the other, on a state (docs/theory, 10.5 to 10.7). */
+/* Equilibrium of one rod after the other, on a state (docs/theory, 11.5 to 11.7). */
 #ifndef HB_STATICS_EQUILIBRIUM_H
 #define HB_STATICS_EQUILIBRIUM_H
 

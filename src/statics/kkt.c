@@ -84,7 +84,7 @@ static double natural_stiffness(const hb_model *m, const hb_rod *rod, const hb_s
   return stiffness;
 }
 
-/* Gradients of the lengths, their second derivatives, and what keeps leading blocks definite (10.4). */
+/* Gradients of the lengths, their second derivatives, and what keeps leading blocks definite (11.4). */
 static void add_lengths(hb_kkt *kkt, const hb_model *m, const hb_rod *rod, const hb_state *state,
                         const hb_rod_work *work, const double *lambda) {
   hb_band *K = &kkt->matrix;

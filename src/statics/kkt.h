@@ -1,4 +1,4 @@
-/* The linear system of constrained equilibrium of one rod (docs/theory, 10.4).
+/* The linear system of constrained equilibrium of one rod (docs/theory, 11.4).
  *
  * Unknowns: displacements of the vertices, turns of the material frames, multipliers of the lengths, in the
  * order of the vertices so that the matrix is a band: vertex i at 5 i, 5 i + 1, 5 i + 2, the multiplier of

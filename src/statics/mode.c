@@ -1,4 +1,4 @@
-/* Inertia and modes: how stable an equilibrium is, and the way down from one that is not (docs/theory, 10.6).
+/* Inertia and modes: how stable an equilibrium is, and the way down from one that is not (docs/theory, 11.6).
  */
 #include "statics/equilibrium.h"
 
