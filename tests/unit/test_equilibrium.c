@@ -49,6 +49,9 @@ static void unmake(bench *b) {
   hb_scene_def_free(&b->def);
 }
 
+/* The first edge is held in place: the discrete clamp acts at its middle. */
+#define CLAMPED "    start: {position: fixed, tangent: fixed, material: fixed}\n"
+
 #define BEAM                                                                                                 \
   "method: {time_step: 1e-4, duration: 1}\n"                                                                 \
   "rods:\n"                                                                                                  \
@@ -63,7 +66,7 @@ static void unmake(bench *b) {
 static void spring_at_tip(void **state) {
   (void)state;
   bench b;
-  make(&b, BEAM "    start: {clamp: true}\nforces: [{point: [0, 0, 1e-5 - 7*z], vertex: -1}]\n");
+  make(&b, BEAM CLAMPED "forces: [{point: [0, 0, 1e-5 - 7*z], vertex: -1}]\n");
   find(&b, 1);
   double h = 1.0 / 40, L = 1 - 0.5 * h, c = L * L * L * (1 - 0.25 * h * h / (L * L));
   assert_near_rel(b.frame->position[3 * 40 + 2], 1e-5 / (7 + 3 / c), 1e-8);
@@ -79,8 +82,7 @@ static void repelling_load(void **state) {
     bench b;
     hb_error err = {HB_OK, ""};
     char scene[600];
-    snprintf(scene, sizeof scene,
-             BEAM "    start: {clamp: true}\nforces: [{point: [0, %g*y, %g*z], vertex: -1}]\n",
+    snprintf(scene, sizeof scene, BEAM CLAMPED "forces: [{point: [0, %g*y, %g*z], vertex: -1}]\n",
              strong ? 3.5 : 2.5, 1.0);
     make(&b, scene);
     hb_equilibrium_options options = hb_equilibrium_defaults(1);
@@ -95,8 +97,7 @@ static void repelling_load(void **state) {
 static void balances(void **state) {
   (void)state;
   bench b;
-  make(&b, BEAM
-       "    start: {clamp: true}\nforces: [{point: [1, 2, -3], vertex: -1}, {distributed: [0, 1, 0]}]\n");
+  make(&b, BEAM CLAMPED "forces: [{point: [1, 2, -3], vertex: -1}, {distributed: [0, 1, 0]}]\n");
   find(&b, 1);
   double sum[3] = {0}, moment[3] = {0};
   const double *load = hb_sim_state(b.sim)->load;
@@ -120,9 +121,8 @@ static void balances(void **state) {
 
 #define MOVED                                                                                                \
   BEAM "    initial: {displace: [0, 0.02*sin(pi*u)^2, 0]}\n"                                                 \
-       "    lengths: initial\n"                                                                              \
-       "    start: {clamp: true}\n"                                                                          \
-       "    end: {clamp: true, position: ['x - 0.4*t', fixed, fixed], material_angle: 0}\n"
+       "    lengths: initial\n" CLAMPED                                                                      \
+       "    end: {tangent: fixed, position: ['x - 0.4*t', fixed, fixed], material_angle: 0}\n"
 
 /* Supports that move far: the same arch in one load step and in five, and from the shape of the first. */
 static void supports_move(void **state) {
@@ -161,8 +161,8 @@ static void windings_resumed(void **state) {
              "    bending: %s\n"
              "    twisting: 0.02\n"
              "    linear_density: 1\n"
-             "    start: {clamp: true, material_angle: 0}\n"
-             "    end: {clamp: true, material_angle: 50*t}\n",
+             "    start: {position: fixed, tangent: fixed, material_angle: 0}\n"
+             "    end: {position: fixed, tangent: fixed, material_angle: 50*t}\n",
              bending[general]);
     make(&b, scene);
     make(&again, scene);
@@ -187,7 +187,8 @@ static void windings_resumed(void **state) {
 static void nothing_to_do(void **state) {
   (void)state;
   static const char *const supports[] = {
-      "start: {clamp: true}", "start: {position: fixed}\n    end: {position: fixed}",
+      "start: {position: fixed, tangent: fixed, material: fixed}",
+      "start: {position: fixed}\n    end: {position: fixed}",
       "supports: [{vertex: 0, position: fixed}, {vertex: 1, position: fixed}, "
       "{vertex: 2, position: fixed}]"};
   for (int k = 0; k < 3; k++) {
@@ -220,14 +221,12 @@ static void several_rods(void **state) {
                                      "    rest: {line: {to: [1, 0, 0], vertices: 21}}\n"
                                      "    bending: 1\n"
                                      "    twisting: 1\n"
-                                     "    linear_density: 1\n"
-                                     "    start: {clamp: true}\n",
+                                     "    linear_density: 1\n" CLAMPED,
                                      "  - name: second\n"
                                      "    rest: {helix: {radius: 0.1, pitch: 0.1, turns: 2, vertices: 41}}\n"
                                      "    bending: [0.1, 0.2]\n"
                                      "    twisting: 0.1\n"
-                                     "    linear_density: 1\n"
-                                     "    start: {clamp: true}\n"};
+                                     "    linear_density: 1\n" CLAMPED};
   bench together, alone;
   char scene[1200];
   static const char head[] = "method: {time_step: 1e-4, duration: 1}\ngravity: [0, 0, -3]\nrods:\n";
@@ -309,15 +308,14 @@ static void refusals(void **state) {
   static const struct {
     const char *scene, *sentence;
     hb_status status;
-  } cases[] = {{BEAM
-                "    start: {clamp: true}\nforces:\n  - {point: [0, 0, 1], vertex: -1, follower: true}\n",
+  } cases[] = {{BEAM CLAMPED "forces:\n  - {point: [0, 0, 1], vertex: -1, follower: true}\n",
                 ":10:5: a load that turns with the rod (follower) has no potential", HB_ERR_INPUT},
-               {BEAM "    start: {clamp: true}\nforces:\n  - wind: {velocity: [0, 0, 1], linear: {normal: 1, "
-                     "tangential: 1}}\n",
+               {BEAM CLAMPED "forces:\n  - wind: {velocity: [0, 0, 1], linear: {normal: 1, "
+                             "tangential: 1}}\n",
                 ": wind has no potential", HB_ERR_INPUT},
                {BEAM "forces:\n  - {point: [0, 0, 1], vertex: -1}\n",
                 "rod beam: no support holds a vertex against the loads", HB_ERR_INPUT},
-               {BEAM "    start: {clamp: true}\nforces:\n  - {point: [0, 0, log(-t)], vertex: -1}\n",
+               {BEAM CLAMPED "forces:\n  - {point: [0, 0, log(-t)], vertex: -1}\n",
                 "rod beam: a load is not finite", HB_ERR_NUMERIC},
                {BEAM "    start: {position: fixed}\nforces:\n  - {point: [0, 1 + y, 0], vertex: -1}\n",
                 "rod beam: no equilibrium", HB_ERR_NUMERIC}};
@@ -338,7 +336,7 @@ static void refusals(void **state) {
 static void wrong_options(void **state) {
   (void)state;
   bench b;
-  make(&b, BEAM "    start: {clamp: true}\n");
+  make(&b, BEAM CLAMPED);
   for (int k = 0; k < 4; k++) {
     hb_error err = {HB_OK, ""};
     hb_equilibrium_options options = hb_equilibrium_defaults(k == 0 ? -1 : 0);
