@@ -662,7 +662,8 @@ static hb_status step_rods(const journey *j, hb_rod_step step_rod, hb_error *err
     status = step_rod(s, &s->model->rods[u->rods[n]], j->t, j->h, err);
   hb_unit_load(s->model, s->state, u);
   u->length_error = s->length_error;
-  u->finite = false; /* not known: let the state be looked through */
+  all_strips(j, SUM_UP);
+  u->finite = is_finite(u);
   return status;
 }
 
