@@ -181,7 +181,7 @@ INLINED void close_turn(hb_strip *s, bool pieces, int r, lanes gradient, lanes d
                         glance *g) {
   lane_mask frees = ((const lanes *)s->free)[r] > none();
   lanes link = ((const lanes *)s->twist_link)[r];
-  lanes right = only(*(const lanes *)s->active > none(), only(frees, -gradient));
+  lanes right = only(frees, -gradient);
   ((lanes *)s->turn_gradient)[r] = gradient;
   g->residual = larger(size_of(only(frees, gradient)), g->residual);
   diagonal = choose(frees, diagonal, all(1));
@@ -251,15 +251,19 @@ INLINED void look_rows(hb_strip *s, bool pieces, bool first) {
   *(lanes *)s->lowest_chi = g.lowest;
 }
 
-/* Back substitution of the turns; the longest one is left in `left`. */
+/* Back substitution of the turns; the longest one is left in `left`. Rods of a bundle that are in equilibrium
+ * wait for the others: they are not turned any more. */
 INLINED void find_turns(hb_strip *s, bool pieces) {
   lanes *right = s->right, u = *(const lanes *)s->sep, ahead = *(const lanes *)s->sep_before;
+  const lane_mask turns = *(const lanes *)s->active > none();
+  if (!pieces) u = only(turns, u);
   lanes longest = size_of(u);
   right[s->rows - 1] = u;
   for (int r = s->rows - 2; r >= 0; r--) {
     u = right[r] - ((const lanes *)s->link)[r + 1] * u;
     if (pieces) u -= ((const lanes *)s->fill)[r] * ahead;
     u *= ((const lanes *)s->inv_pivot)[r];
+    if (!pieces) u = only(turns, u);
     right[r] = u;
     longest = larger(size_of(u), longest);
   }

@@ -68,6 +68,8 @@ typedef enum lane_ends {
 
 /* Another rod, of random shape, stiffness, mass and velocity. */
 void lanes_add_rod(hb_scene_def *def, rng *r, int nv, lane_ends ends);
+/* Makes the last rod that was added general: anisotropic, curved at rest, twisted at rest, or all of it. */
+void lanes_make_general(hb_scene_def *def, rng *r);
 /* Loads on all rods: gravity, wind, damping, points. */
 void lanes_add_loads(hb_scene_def *def, rng *r);
 
