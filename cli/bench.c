@@ -1,122 +1,137 @@
-/* hebra bench: what a step costs on this machine. */
-#include "cli/cli.h"
+/* hebra bench: what a step costs on this machine, and what the machine could do. */
+#include "cli/bench.h"
 
 #include <getopt.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #define SIZES_MAX 16
-#define REPEATS 60
+#define CASES_MAX 128
+#define COUNT(array) (int)(sizeof(array) / sizeof((array)[0]))
 
-/* One way to run a rod. */
-typedef struct bench_case {
-  const char *name, *integrator;
-  bool general;
-} bench_case;
+static const char *const integrators[] = {"symplectic-euler", "verlet"};
 
-/* What was measured. */
-typedef struct bench_result {
-  double ns, stage[HB_STAGE_COUNT], projections, twist_iterations, bytes;
-} bench_result;
-
-static const bench_case cases[] = {{"isotropic", "symplectic-euler", false},
-                                   {"isotropic", "verlet", false},
-                                   {"general", "symplectic-euler", true},
-                                   {"general", "verlet", true}};
-
-/* Wall clock in seconds. */
-static double wall(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-/* A helix of 20 edges of length 0.01 per turn, held at both ends and twisted by half a turn per helical turn.
- * The isotropic rod is straight at rest and unwinds, the general one is curved at rest and shaken: bending,
- * twist and lengths have the same work to do at every place, whatever the length. The step is a quarter of
- * the explicit limit. */
-static void write_scene(const bench_case *c, int n, char *text, size_t size) {
-  double turns = (n - 1) / 20.0;
-  snprintf(text, size,
-           "title: bench\n"
-           "method: {integrator: %s, time_step: 2e-5, duration: 1e6, length_tolerance: 1e-10}\n"
-           "rods:\n"
-           "  - name: rod\n"
-           "    rest: {helix: {radius: 0.03, pitch: 0.06, turns: %.17g, vertices: %d}}\n"
-           "    straight_rest: %s\n"
-           "    velocity: ['sin(50*s)', 'cos(70*s)', 'sin(90*s)']\n"
-           "    bending: %s\n"
-           "    twisting: 0.015\n"
-           "    linear_density: 0.05\n"
-           "    start: {position: fixed, material_angle: 'pi*%.17g'}\n"
-           "    end: {position: fixed, material_angle: 0}\n",
-           c->integrator, turns, n, c->general ? "false" : "true", c->general ? "[0.02, 0.03]" : "0.02",
-           turns);
-}
-
-/* Steps per measurement: about 6 million vertex steps in all, at least one per repeat. */
-static long step_count(int n) { return 6000000 / n > REPEATS ? 6000000 / n : REPEATS; }
-
-/* Runs one case: the fastest of a few repeats. */
-static hb_status measure(const bench_case *c, int n, bench_result *out, hb_error *err) {
-  char text[2048];
-  hb_scene_def def;
-  hb_model *model = NULL;
-  hb_sim *sim = NULL;
-  write_scene(c, n, text, sizeof text);
-  hb_status status = hb_scene_parse(text, strlen(text), "bench", NULL, NULL, 0, &def, err);
-  if (status) return status;
-  def.method.lanes = cli_lanes();
-  status = hb_model_create(&def, &model, err);
-  if (!status) status = hb_sim_create(model, &sim, err);
-  long steps = step_count(n);
-  for (long k = 0; !status && k < steps / 20 + 5; k++) status = hb_sim_step(sim, err);
-  *out = (bench_result){.ns = 1e300};
-  for (int repeat = 0; !status && repeat < REPEATS; repeat++) {
-    double started = wall();
-    for (long k = 0; !status && k < steps / REPEATS; k++) status = hb_sim_step(sim, err);
-    double ns = 1e9 * (wall() - started) / ((double)n * (double)(steps / REPEATS));
-    if (ns < out->ns) out->ns = ns;
+/* Measures the cases of a group and says them; stages of those that `detail` points out. */
+static hb_status measure_all(const cli_bench_report *report, const cli_bench_case *cases, int count,
+                             bool (*detail)(const cli_bench_case *), hb_error *err) {
+  cli_bench_case shown[CASES_MAX];
+  cli_bench_result results[CASES_MAX];
+  int shown_count = 0;
+  hb_status status = HB_OK;
+  cli_bench_say_heads(report);
+  for (int k = 0; !status && k < count; k++) {
+    cli_bench_result result;
+    status = cli_bench_measure(&cases[k], report->quick, &result, err);
+    if (status) break;
+    cli_bench_say_row(report, &cases[k], &result);
+    if (!detail(&cases[k])) continue;
+    shown[shown_count] = cases[k];
+    results[shown_count++] = result;
   }
-  if (!status) {
-    const double *scalar = hb_sim_const_state(sim)->scalar;
-    double done = scalar[HB_S_STEP];
-    out->projections = scalar[HB_S_PROJECTIONS] / done;
-    out->twist_iterations = scalar[HB_S_TWIST_ITERATIONS] / done;
-    out->bytes = (double)hb_sim_memory(sim) / n;
-    hb_sim_time_stages(sim, 1);
-    for (long k = 0; !status && k < steps / 20 + 1; k++) status = hb_sim_step(sim, err);
-    double sum = 0;
-    hb_sim_stage_seconds(sim, out->stage);
-    for (int k = 0; k < HB_STAGE_COUNT; k++) sum += out->stage[k];
-    for (int k = 0; k < HB_STAGE_COUNT; k++) out->stage[k] /= sum > 0 ? sum : 1;
-  }
-  hb_sim_free(sim);
-  hb_model_free(model);
-  hb_scene_def_free(&def);
+  if (!status) cli_bench_say_stages(report, shown, results, shown_count);
   return status;
 }
 
-/* One row. */
-static void print_row(const bench_case *c, int n, const bench_result *r, bool json, bool first) {
-  if (json) {
-    printf("%s\n  {\"rod\": \"%s\", \"integrator\": \"%s\", \"vertices\": %d, \"ns_per_vertex_step\": %.3f, "
-           "\"projections_per_step\": %.3f, \"twist_iterations_per_step\": %.3f, \"bytes_per_vertex\": %.1f, "
-           "\"stages\": {",
-           first ? "" : ",", c->name, c->integrator, n, r->ns, r->projections, r->twist_iterations, r->bytes);
-    for (int k = 0; k < HB_STAGE_COUNT; k++)
-      printf("%s\"%s\": %.4f", k ? ", " : "", hb_stage_names[k], r->stage[k]);
-    printf("}}");
-    return;
-  }
-  printf("%-10s %-17s %7d %9.1f %8.2f %8.2f %9.0f ", c->name, c->integrator, n, r->ns, r->projections,
-         r->twist_iterations, r->bytes);
-  for (int k = 0; k < HB_STAGE_COUNT; k++) printf(" %3.0f%%", 100 * r->stage[k]);
-  printf("\n");
-  fflush(stdout);
+/* Cases whose stages are shown: of middle size. */
+static bool is_middle(const cli_bench_case *c) { return c->vertices == (c->rods > 1 ? 50 : 1000); }
+
+/* One rod of growing size. */
+static hb_status measure_one(const cli_bench_report *report, hb_error *err) {
+  cli_bench_case cases[CASES_MAX];
+  int count = 0;
+  for (int kind = 0; kind < 2; kind++)
+    for (int k = 0; k < COUNT(integrators); k++)
+      for (int i = 0; i < report->size_count; i++)
+        cases[count++] = (cli_bench_case){.group = "one",
+                                          .integrator = integrators[k],
+                                          .general = kind == 1,
+                                          .rods = 1,
+                                          .vertices = report->sizes[i]};
+  return measure_all(report, cases, count, is_middle, err);
 }
+
+/* Many rods: as in hair, few that are longer, and all of different sizes. */
+static hb_status measure_many(const cli_bench_report *report, hb_error *err) {
+  static const int shapes[][2] = {{1000, 50}, {100, 100}, {1000, 0}};
+  cli_bench_case cases[CASES_MAX];
+  int count = 0;
+  for (int kind = 0; kind < 2; kind++)
+    for (int k = 0; k < COUNT(integrators); k++)
+      for (int i = 0; i < COUNT(shapes); i++)
+        cases[count++] = (cli_bench_case){.group = "many",
+                                          .integrator = integrators[k],
+                                          .general = kind == 1,
+                                          .rods = shapes[i][0],
+                                          .vertices = shapes[i][1]};
+  return measure_all(report, cases, count, is_middle, err);
+}
+
+#if CLI_BENCH_THREADS || CLI_BENCH_PRECISION
+/* No stages. */
+static bool is_none(const cli_bench_case *c) {
+  (void)c;
+  return false;
+}
+#endif
+
+#if CLI_BENCH_THREADS
+/* 1000 rods, and one long rod, on 1, 2, 4 ... all processors. */
+static hb_status measure_threads(const cli_bench_report *report, hb_error *err) {
+  static const int shapes[][2] = {{1000, 50}, {1, 100000}};
+  cli_bench_case cases[CASES_MAX];
+  int count = 0, most = report->machine.processors;
+  for (int kind = 0; kind < 2; kind++)
+    for (int i = 0; i < COUNT(shapes); i++)
+      for (int threads = 1; count < CASES_MAX; threads = 2 * threads < most ? 2 * threads : most) {
+        cases[count++] = (cli_bench_case){.group = "threads",
+                                          .integrator = "verlet",
+                                          .general = kind == 1,
+                                          .rods = shapes[i][0],
+                                          .vertices = shapes[i][1],
+                                          .threads = threads};
+        if (threads >= most) break;
+      }
+  return measure_all(report, cases, count, is_none, err);
+}
+#endif
+
+#if CLI_BENCH_PRECISION
+/* Double against single precision. */
+static hb_status measure_precision(const cli_bench_report *report, hb_error *err) {
+  static const int shapes[][2] = {{1, 1000}, {1000, 50}};
+  cli_bench_case cases[CASES_MAX];
+  int count = 0;
+  for (int kind = 0; kind < 2; kind++)
+    for (int i = 0; i < COUNT(shapes); i++)
+      for (int single = 0; single < 2; single++)
+        cases[count++] = (cli_bench_case){.group = "precision",
+                                          .integrator = "verlet",
+                                          .general = kind == 1,
+                                          .rods = shapes[i][0],
+                                          .vertices = shapes[i][1],
+                                          .single = single == 1};
+  return measure_all(report, cases, count, is_none, err);
+}
+#endif
+
+/* The groups by name. steps: their rows share a table of JSON. */
+static const struct group {
+  const char *name, *title;
+  bool steps;
+  hb_status (*measure)(const cli_bench_report *report, hb_error *err);
+} groups[] = {
+    {"one", "one rod", true, measure_one},
+    {"many", "many rods", true, measure_many},
+#if CLI_BENCH_THREADS
+    {"threads", "threads", true, measure_threads},
+#endif
+#if CLI_BENCH_PRECISION
+    {"precision", "double and single precision", true, measure_precision},
+#endif
+    {"start", "from a scene to results", false, cli_bench_start_up},
+    {"output", "a frame after every 10th step", false, cli_bench_output},
+};
 
 /* Comma-separated sizes; how many, or -1. */
 static int parse_sizes(const char *text, int *sizes) {
@@ -132,57 +147,136 @@ static int parse_sizes(const char *text, int *sizes) {
   return -1;
 }
 
+/* What was asked for. */
+typedef struct options {
+  bool json, wanted[COUNT(groups)];
+  int sizes[SIZES_MAX];
+} options;
+
+/* A group's name among the arguments; an exit status, or -1 to go on. */
+static int choose_group(const char *name, options *opt) {
+  char known[128] = "";
+  for (int k = 0; k < COUNT(groups); k++) {
+    if (strcmp(groups[k].name, name) == 0) {
+      opt->wanted[k] = true;
+      return -1;
+    }
+    size_t used = strlen(known);
+    snprintf(known + used, sizeof known - used, "%s%s", k ? ", " : "", groups[k].name);
+  }
+  return cli_usage(&cli_verb_bench, "\"%s\" is not a group; allowed are %s", name, known);
+}
+
+/* Parses argv; an exit status, or -1 to go on. */
+static int parse(int argc, char **argv, options *opt, cli_bench_report *report) {
+  static const struct option longs[] = {{"sizes", required_argument, NULL, 'n'},
+                                        {"scenes", required_argument, NULL, 's'},
+                                        {"quick", no_argument, NULL, 'q'},
+                                        {"json", no_argument, NULL, 'j'},
+                                        {NULL, 0, NULL, 0}};
+  static const int sizes[] = {25, 100, 1000, 10000, 100000, 1000000};
+  *opt = (options){.json = false};
+  *report = (cli_bench_report){.scenes = "scenes", .sizes = sizes, .size_count = COUNT(sizes)};
+  opterr = 0;
+  for (int c; (c = getopt_long(argc, argv, ":", longs, NULL)) != -1;) {
+    switch (c) {
+    case 'j': opt->json = true; break;
+    case 'q': report->quick = true; break;
+    case 's': report->scenes = optarg; break;
+    case 'n':
+      report->sizes = opt->sizes;
+      report->size_count = parse_sizes(optarg, opt->sizes);
+      if (report->size_count < 0)
+        return cli_usage(&cli_verb_bench,
+                         "--sizes \"%s\": up to %d numbers from 5 to 10000000 with commas are allowed",
+                         optarg, SIZES_MAX);
+      break;
+    case ':': return cli_usage(&cli_verb_bench, "%s needs a value", argv[optind - 1]);
+    default: return cli_usage(&cli_verb_bench, "%s is not an option", argv[optind - 1]);
+    }
+  }
+  if (report->quick && report->sizes == sizes) report->size_count = 4;
+  for (int k = 0; optind == argc && k < COUNT(groups); k++) opt->wanted[k] = true;
+  for (; optind < argc; optind++) {
+    int status = choose_group(argv[optind], opt);
+    if (status >= 0) return status;
+  }
+  return -1;
+}
+
+/* The groups that were asked for. */
+static hb_status measure_groups(cli_bench_report *report, const options *opt, hb_error *err) {
+  hb_status status = cli_bench_measure_machine(&report->machine, err);
+  if (status) return status;
+  cli_bench_say_machine(report);
+  if (report->json) hb_json_array(report->json, "steps");
+  bool steps = true;
+  for (int k = 0; !status && k < COUNT(groups); k++) {
+    if (report->json && steps && !groups[k].steps) {
+      hb_json_array_end(report->json);
+      steps = false;
+    }
+    if (report->json && !groups[k].steps) hb_json_array(report->json, groups[k].name);
+    if (opt->wanted[k]) {
+      if (!report->json) printf("\n%s: %s\n", groups[k].name, groups[k].title);
+      status = groups[k].measure(report, err);
+    }
+    if (report->json && !groups[k].steps) hb_json_array_end(report->json);
+  }
+  return status;
+}
+
 /* The verb. */
 static int bench_verb(int argc, char **argv) {
-  static const struct option longs[] = {
-      {"sizes", required_argument, NULL, 'n'}, {"json", no_argument, NULL, 'j'}, {NULL, 0, NULL, 0}};
-  int sizes[SIZES_MAX] = {25, 100, 1000, 10000, 100000}, count = 5;
-  bool json = false, first = true;
-  opterr = 0;
-  for (int c; (c = getopt_long(argc, argv, ":n:j", longs, NULL)) != -1;) {
-    if (c == 'j')
-      json = true;
-    else if (c == 'n')
-      count = parse_sizes(optarg, sizes);
-    else
-      return cli_usage(&cli_verb_bench, "%s is not an option, or lacks its value", argv[optind - 1]);
-    if (count < 0)
-      return cli_usage(&cli_verb_bench,
-                       "--sizes \"%s\": up to %d numbers from 5 to 10000000 with commas are allowed", optarg,
-                       SIZES_MAX);
+  options opt;
+  cli_bench_report report;
+  hb_json json;
+  hb_error err = {HB_OK, ""};
+  int ended = parse(argc, argv, &opt, &report);
+  if (ended >= 0) return ended;
+  if (opt.json) {
+    report.json = &json;
+    hb_json_begin(&json, stdout);
   }
-  if (optind < argc) return cli_usage(&cli_verb_bench, "\"%s\" is not expected", argv[optind]);
-  if (json) {
-    printf("[");
-  } else {
-    printf("cost of one step, one core, fastest of %d runs; lengths to 1e-10\n", REPEATS);
-    printf("%-10s %-17s %7s %9s %8s %8s %9s ", "rod", "integrator", "N", "ns/vertex", "project", "twist",
-           "bytes/v");
-    for (int k = 0; k < HB_STAGE_COUNT; k++) printf(" %s", hb_stage_names[k]);
-    printf("\n");
-  }
-  for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++)
-    for (int i = 0; i < count; i++, first = false) {
-      hb_error err = {HB_OK, ""};
-      bench_result result;
-      if (measure(&cases[k], sizes[i], &result, &err)) return cli_fail("bench", &err);
-      print_row(&cases[k], sizes[i], &result, json, first);
-    }
-  if (json) printf("\n]\n");
+  if (measure_groups(&report, &opt, &err)) return cli_fail("bench", &err);
+  if (opt.json) hb_json_end(&json);
   return CLI_DONE;
 }
 
-const cli_verb cli_verb_bench = {"bench", "measure what a step costs on this machine",
-                                 "usage: hebra bench [--sizes N,N,...] [--json]\n"
-                                 "\n"
-                                 "Steps rods of 25 to 100,000 vertices, isotropic and general (anisotropic, "
-                                 "curved at rest), with both integrators,\n"
-                                 "and prints nanoseconds per vertex and step (the fastest of a few repeats), "
-                                 "iterations of projection and twist per\n"
-                                 "step, memory per vertex, and how the time divides over the stages.\n"
-                                 "\n"
-                                 "  --sizes N,N,...   vertices per rod, default 25,100,1000,10000,100000\n"
-                                 "  --json            one JSON array instead of the table\n"
-                                 "\n"
-                                 "example: hebra bench --sizes 100,1000\n",
-                                 bench_verb};
+#if CLI_BENCH_THREADS
+#define HELP_THREADS "  threads     1000 rods and one of 100,000 vertices on 1, 2, 4, ... all processors\n"
+#else
+#define HELP_THREADS
+#endif
+#if CLI_BENCH_PRECISION
+#define HELP_PRECISION "  precision   the same rods in double and in single precision\n"
+#else
+#define HELP_PRECISION
+#endif
+
+const cli_verb cli_verb_bench = {
+    "bench", "measure what a step costs on this machine",
+    "usage: hebra bench [GROUP ...] [--quick] [--json] [--sizes N,N,...] [--scenes DIR]\n"
+    "\n"
+    "Measures what this machine can do - multiply-adds of one core, bandwidth of its caches and memory - and "
+    "then what\n"
+    "steps cost on it: nanoseconds per vertex and step (the best of many trials), operations per second and "
+    "their share\n"
+    "of the peak, bytes per second and their share of the bandwidth, iterations, memory, and how the time "
+    "divides over\n"
+    "the stages. Operations and bytes were counted instruction by instruction (docs/guide/bench.md).\n"
+    "\n"
+    "Groups, all of them if none is named:\n"
+    "  one         one rod of 25 to 1,000,000 vertices, isotropic and general, both integrators\n"
+    "  many        1000 rods of 50 vertices, 100 of 100, 1000 of different sizes\n" HELP_THREADS
+        HELP_PRECISION "  start       a scene of 25 vertices up to its first step; the three scenes of the "
+    "thesis with all output\n"
+    "  output      what writing a frame after every 10th step costs\n"
+    "\n"
+    "  --quick           fewer trials, at most 10,000 vertices\n"
+    "  --json            one JSON object instead of the tables\n"
+    "  --sizes N,N,...   vertices of the rods in group one, default 25,100,1000,10000,100000,1000000\n"
+    "  --scenes DIR      where the scenes of the thesis are, default scenes\n"
+    "\n"
+    "example: hebra bench one many --sizes 100,1000\n",
+    bench_verb};

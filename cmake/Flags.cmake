@@ -20,7 +20,8 @@ if(HEBRA_WERROR)
   target_compile_options(hebra_flags INTERFACE -Werror)
 endif()
 if(HEBRA_NATIVE)
-  target_compile_options(hebra_flags INTERFACE -march=native)
+  # Not for targets whose instructions are counted (Bench.cmake).
+  target_compile_options(hebra_flags INTERFACE $<$<NOT:$<BOOL:$<TARGET_PROPERTY:HEBRA_ANY_MACHINE>>>:-march=native>)
 endif()
 
 if(NOT HEBRA_THREADS)

@@ -6,7 +6,7 @@
 
 /* Is this entry of forces a foundation under the rod? */
 static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
-  return def->kind == HB_FORCE_FOUNDATION && (def->rod < 0 || def->rod == rod->index);
+  return def->kind == HB_FORCE_FOUNDATION && hb_force_def_acts_on(def, rod->index);
 }
 
 /* Does this rod lie on springs? */

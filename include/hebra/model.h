@@ -212,8 +212,8 @@ typedef struct hb_model {
   int *rod_of;
   double *rest_length, *inv_rest_length; /* |e-bar^j|; 0 at a rod's last slot */
   double *arc;                           /* arc length of vertices in the rest shape */
-  double *voronoi;                       /* l_i = |e-bar^{i-1}| + |e-bar^i|; 0 at end vertices */
-  double *weight;                        /* length that belongs to a vertex: l_i/2, half an edge at ends */
+  double *voronoi; /* l_i = |e-bar^{i-1}| + |e-bar^i|; 0 at end vertices; beside a wall: 2.7 */
+  double *weight;  /* length that belongs to a vertex: l_i/2, half an edge at ends */
   double *mass;
   double *inv_mass;   /* 3 per slot: 0 for a prescribed coordinate */
   double *alpha;      /* bending modulus at interior vertices (closed-form rods) */

@@ -65,8 +65,8 @@ typedef struct hb_recorder hb_recorder;
 /* With a thread, the calls below copy the state and return at once (or when a place for the copy is free);
  * the files get the same bytes in the same order. What goes wrong in the thread ends the recording there, and
  * comes back as status and sentence from every later call. Memory is allocated here only, but for what a
- * checkpoint needs: two copies of the state and the workspace of a measure. HB_ERR_MEMORY also if there is no
- * thread. */
+ * checkpoint needs: copies of the state (2; up to 64 where they are small, 1 MiB) and the workspace of a
+ * measure. HB_ERR_MEMORY also if there is no thread. */
 hb_status hb_recorder_create(const hb_model *model, const hb_record_plan *plan, hb_recorder **out,
                              hb_error *err);
 /* A frame of the simulation as it is now, and a checkpoint if it is time or asked for. */

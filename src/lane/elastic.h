@@ -105,8 +105,8 @@ INLINED void transport_rows(hb_strip *s, bool pieces, bool exact) {
 /* Isotropic and straight at rest. With c = t.t', chi = 1 + c: E = alpha |kb|^2/l = 4 alpha (1-c)/(l chi),
  * hence -dE/de = 8 alpha/(l chi^2) (t' - c t)/|e| and the same with the edges exchanged; d psi/de = -(t x
  * t')/(chi |e|). q0, q1: the force on the edge before the vertex and on the one behind it. */
-INLINED void bend(const hb_strip *s, int r, direction t, direction n, bool twisted, lanes *lowest, v3 *q0,
-                  v3 *q1) {
+INLINED void bend(const hb_strip *s, int r, direction t, direction n, const lanes *moment, lanes *lowest,
+                  v3 *q0, v3 *q1) {
   lanes c = v3_dot(t.t, n.t), chi = R(1) + c;
   *lowest = smaller(chi, *lowest);
   chi = larger(chi, all(R(HB_FOLD_LIMIT)));
@@ -114,32 +114,48 @@ INLINED void bend(const hb_strip *s, int r, direction t, direction n, bool twist
   lanes k0 = k * t.inv, k1 = k * n.inv;
   *q0 = v3_scale(k0, v3_axpy(n.t, -c, t.t));
   *q1 = v3_scale(k1, v3_axpy(t.t, -c, n.t));
-  if (!twisted) return;
-  lanes g = ((const lanes *)s->moment)[r] * inv;
+  if (!moment) return;
+  lanes g = *moment * inv;
   v3 x = v3_cross(t.t, n.t);
   *q0 = v3_axpy(*q0, -(g * t.inv), x);
   *q1 = v3_axpy(*q1, -(g * n.inv), x);
 }
 
+/* Twisting moment of vertex r: one for the whole rod, or by span. */
+INLINED lanes moment_of(const hb_strip *s, int r, bool uniform) {
+  return uniform ? *(const lanes *)s->rod_moment : ((const lanes *)s->moment)[r];
+}
+
+/* The same where a piece meets the next, or the rod ends: there is none at the end. */
+INLINED lanes moment_at_seam(const hb_strip *s, int r, bool uniform) {
+  lane_mask inside = all(1) > none();
+  if (r == 0 && !s->before) inside[0] = 0;
+  if (r > 0 && !s->after) inside[HB_LANES - 1] = 0;
+  return only(inside, moment_of(s, r, uniform));
+}
+
 /* Force on all vertices; where strips meet join_elastic completes it. */
-INLINED void elastic_rows(hb_strip *s, bool pieces, bool twisted, bool exact) {
+INLINED void elastic_rows(hb_strip *s, bool pieces, bool twisted, bool uniform, bool exact) {
   int top = s->rows - 1;
-  lanes *f = s->f, lowest = all(2);
+  lanes *f = s->f, lowest = all(2), moment = none(), *M = twisted ? &moment : NULL;
   v3 carry = v3_zero(), before = v3_zero(), q0, q1;
   direction t = direct_row(s, 0, exact, s->full_rows < 1);
   if (pieces) {
-    bend(s, 0, direct_before(s, exact), t, twisted, &lowest, &q0, &carry);
+    if (twisted) moment = moment_at_seam(s, 0, uniform);
+    bend(s, 0, direct_before(s, exact), t, M, &lowest, &q0, &carry);
     if (!s->before) lowest[0] = 2; /* the rod's first vertex */
   }
   for (int r = 1; r <= top; r++) {
     direction n;
+    if (twisted) moment = moment_of(s, r, uniform);
     if (r < s->full_rows) {
       n = direct_row(s, r, exact, false);
-      bend(s, r, t, n, twisted, &lowest, &q0, &q1);
+      bend(s, r, t, n, M, &lowest, &q0, &q1);
     } else {
       lanes here = all(2);
       n = direct_row(s, r, exact, true);
-      bend(s, r, t, n, twisted, &here, &q0, &q1);
+      moment = only(real_edges(s, r), moment);
+      bend(s, r, t, n, M, &here, &q0, &q1);
       lowest = choose(real_edges(s, r), smaller(lowest, here), lowest);
     }
     v3 stress = v3_add(carry, q0);
@@ -152,7 +168,8 @@ INLINED void elastic_rows(hb_strip *s, bool pieces, bool twisted, bool exact) {
   v3 stress = carry;
   if (pieces) {
     lanes unused = all(2);
-    bend(s, s->rows, t, direct_behind(s, exact), twisted, &unused, &q0, &q1);
+    if (twisted) moment = moment_at_seam(s, s->rows, uniform);
+    bend(s, s->rows, t, direct_behind(s, exact), M, &unused, &q0, &q1);
     stress = v3_add(carry, q0);
   }
   v3_store(f + 3 * top, v3_sub(before, stress));
@@ -191,22 +208,19 @@ static void transport(hb_strip *s, bool exact) {
 
 /* Elastic forces. */
 static void elastic(hb_strip *s, bool exact) {
-  if (s->pieces && s->twisted && exact)
-    elastic_rows(s, true, true, true);
-  else if (s->pieces && s->twisted)
-    elastic_rows(s, true, true, false);
-  else if (s->pieces && exact)
-    elastic_rows(s, true, false, true);
-  else if (s->pieces)
-    elastic_rows(s, true, false, false);
-  else if (s->twisted && exact)
-    elastic_rows(s, false, true, true);
-  else if (s->twisted)
-    elastic_rows(s, false, true, false);
-  else if (exact)
-    elastic_rows(s, false, false, true);
-  else
-    elastic_rows(s, false, false, false);
+  int kind = (s->pieces ? 4 : 0) + (s->twisted ? s->uniform ? 2 : 1 : 0);
+  if (exact) { /* rare: compiled once for all */
+    elastic_rows(s, s->pieces, s->twisted, s->uniform, true);
+    return;
+  }
+  switch (kind) {
+  case 0: elastic_rows(s, false, false, false, false); break;
+  case 1: elastic_rows(s, false, true, false, false); break;
+  case 2: elastic_rows(s, false, true, true, false); break;
+  case 4: elastic_rows(s, true, false, false, false); break;
+  case 5: elastic_rows(s, true, true, false, false); break;
+  case 6: elastic_rows(s, true, true, true, false); break;
+  }
 }
 
 #endif

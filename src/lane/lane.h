@@ -38,11 +38,7 @@ typedef struct v3 {
 } v3;
 
 /* The same number in every lane. */
-INLINED lanes all(hb_real a) {
-  lanes r;
-  for (int l = 0; l < HB_LANES; l++) r[l] = a;
-  return r;
-}
+INLINED lanes all(hb_real a) { return a - (lanes){0}; }
 
 /* Zero in every lane. */
 INLINED lanes none(void) { return all(0); }
@@ -103,8 +99,8 @@ INLINED lanes up(lanes a, hb_real first) {
 #else
   lanes r = __builtin_shuffle(a, (lane_mask){7, 0, 1, 2, 3, 4, 5, 6});
 #endif
-  r[0] = first;
-  return r;
+  lane_mask here = {-1};
+  return choose(here, all(first), r);
 }
 
 /* Each lane gets its right neighbour's number, the last one `last`. */
@@ -118,8 +114,9 @@ INLINED lanes down(lanes a, hb_real last) {
 #else
   lanes r = __builtin_shuffle(a, (lane_mask){1, 2, 3, 4, 5, 6, 7, 0});
 #endif
-  r[HB_LANES - 1] = last;
-  return r;
+  lane_mask here = {0};
+  here[HB_LANES - 1] = -1;
+  return choose(here, all(last), r);
 }
 
 /* Vectors: the algebra of math/vec3.h in lanes, with the operations in the same order. */

@@ -234,6 +234,17 @@ static void count_full_rows(const hb_model *m, const hb_unit *u, hb_strip *s) {
   }
 }
 
+/* Do all rods of a unit carry one twisting moment each, from the first edge to the last? */
+static bool is_uniform(const hb_model *m, const hb_unit *u) {
+  for (int n = 0; n < u->rod_count; n++) {
+    const hb_rod *rod = &m->rods[u->rods[n]];
+    const hb_span *span = &m->spans[rod->first_span];
+    if (rod->span_count != 1 || span->first_edge != rod->first || span->last_edge != rod->first + rod->nv - 2)
+      return false;
+  }
+  return true;
+}
+
 /* Counts, allocates, lays out: strips have their shapes, marks is as long as the longest. */
 static hb_status build(const hb_model *m, hb_lane_plan *plan, hb_strip *strips, int strip_count,
                        unsigned char *marks, hb_error *err) {
@@ -268,6 +279,7 @@ static hb_status build(const hb_model *m, hb_lane_plan *plan, hb_strip *strips, 
       s->cuts = cut;
       cut += list_cuts(m, u, s, marks, s->cuts);
       count_full_rows(m, u, s);
+      s->uniform = u->twisted && is_uniform(m, u);
       set_constants(m, u, s);
     }
     for (int n = 0; n < u->rod_count; n++) plan->unit_of[u->rods[n]] = k;

@@ -75,6 +75,7 @@
   F(first_stress, 3, "force on edge 0")                                                                      \
   F(last_stress, 3, "force on edge K - 1")                                                                   \
   F(lowest_chi, 1, "smallest 1 + t.t'")                                                                      \
+  F(rod_moment, 1, "twisting moment of each lane's rod, where it is one for the whole rod")                  \
   F(keep, 1, "part of the last spin that is a good guess for the next (general rods)")                       \
   F(scale, 1, "what the terms of dE/dtheta are made of (general rods)")                                      \
   F(floor, 1, "largest twisting gain (general rods)")                                                        \
@@ -89,6 +90,7 @@ typedef struct hb_strip {
   bool pieces;                   /* lanes are pieces of one rod */
   bool twisted;                  /* some rod of it carries a twisting moment */
   bool general;                  /* its rods are anisotropic or curved at rest */
+  bool uniform;                  /* twisted: every rod of it has one moment from end to end */
   const struct hb_strip *before; /* neighbours along the same rod, NULL at its ends */
   const struct hb_strip *after;
   int *cuts; /* twisted: rows where a product of transports ends, ascending; the last is K - 1 */

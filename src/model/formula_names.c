@@ -52,9 +52,9 @@ void hb_phrase_add(hb_phrase *phrase, const char *format, ...) {
   if (n > 0) phrase->length += (size_t)n < room ? (size_t)n : room - 1;
 }
 
-/* True if the name is exactly text. */
+/* True if the name, of at least one character, is exactly text. */
 static bool is(hb_name name, const char *text) {
-  return strlen(text) == name.length && memcmp(name.at, text, name.length) == 0;
+  return text[0] == name.at[0] && strlen(text) == name.length && memcmp(name.at, text, name.length) == 0;
 }
 
 /* Exact name. */

@@ -87,13 +87,20 @@ static double speed_of(const hb_model *m, const hb_rod *rod) {
 /* Larger principal value of the bending form of an edge. */
 static double stiff_side(const double *B) { return 0.5 * (B[0] + B[2]) + hypot(0.5 * (B[0] - B[2]), B[1]); }
 
+/* Is there wind on the rod? */
+static bool windy(const hb_scene_def *def, int rod) {
+  for (int i = 0; i < def->force_count; i++)
+    if (def->forces[i].kind == HB_FORCE_WIND && hb_force_def_acts_on(&def->forces[i], rod)) return true;
+  return false;
+}
+
 /* Rate of damping: mass-proportional, and of wind, whose quadratic part has the slope 2 q |w| at the relative
  * speed |w| of the start. */
-static double damping_rate(const hb_model *m, const hb_rod *rod, int k) {
+static double damping_rate(const hb_model *m, const hb_rod *rod, bool wind, int k) {
   const hb_scene_def *def = m->def;
   const hb_rod_def *own = &def->rods[rod->index];
   double rate = own->mass_damping;
-  for (int i = 0; i < def->force_count; i++) {
+  for (int i = 0; wind && i < def->force_count; i++) {
     const hb_force_def *f = &def->forces[i];
     if (f->kind != HB_FORCE_WIND || !hb_force_def_acts_on(f, rod->index)) continue;
     double speed = hb_v3_norm(value_at(m, f->value, k, 0, NULL));
@@ -118,6 +125,7 @@ static double damping_weight(const hb_model *m) {
  * the rate c of viscosity the limit is h^2 Omega^2 + 4 h c = 4. */
 static double rod_limit(const hb_model *m, const hb_rod *rod) {
   double limit = HUGE_VAL, load = load_on(m, rod), speed = speed_of(m, rod);
+  bool wind = windy(m->def, rod->index);
   for (int p = rod->first_span; p < rod->first_span + rod->span_count; p++) {
     const hb_span *span = &m->spans[p];
     double moment = span_moment(m, span);
@@ -127,7 +135,7 @@ static double rod_limit(const hb_model *m, const hb_rod *rod) {
       double pull = load + per_length * speed * speed;
       double square = (16 * B / (l2 * l2) + 2.6 * moment / (l2 * l) + 4 * pull / l2) / per_length;
       double rate = 16 * fmax(m->viscosity[k - 1], m->viscosity[k]) / (l2 * l2 * per_length) +
-                    damping_weight(m) * damping_rate(m, rod, k);
+                    damping_weight(m) * damping_rate(m, rod, wind, k);
       double fastest = rate + sqrt(rate * rate + square);
       if (fastest > 0) limit = fmin(limit, 2 / fastest);
     }

@@ -7,10 +7,9 @@
 
 #include <stdatomic.h>
 
-/* Places for copies of the state: one is written, one is filled, one takes up what varies between the two.
- * Where copies are small there are more, because frames then follow one another faster than a thread can be
- * woken. */
-#define SLOTS_LEAST 3
+/* Places for copies of the state: one is written while the other is filled. Where copies are small there are
+ * more, because frames then follow one another faster than a thread can be woken. */
+#define SLOTS_LEAST 2
 #define SLOTS_MOST 64
 #define SLOTS_BYTES (1u << 20)
 

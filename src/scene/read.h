@@ -107,6 +107,8 @@ void hb_scene_arc_lengths(const double *xyz, int count, double *s);
  * *xyz is allocated. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
                               const bool halves[2], double **xyz, int *count);
+/* Is it the reader that chooses where on this curve (NULL: none) the vertices lie? */
+bool hb_scene_curve_divides(const hb_node *node);
 /* B, beta and mass of a rod. */
 hb_status hb_scene_read_moduli(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
                                hb_rod_def *rod);

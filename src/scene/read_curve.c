@@ -457,6 +457,14 @@ static hb_status change(hb_scene_reader *r, const hb_node *node, polyline *line)
   return HB_OK;
 }
 
+/* Points that are listed or in a file stay where they are, unless they are resampled. */
+bool hb_scene_curve_divides(const hb_node *node) {
+  if (!node || node->kind != HB_NODE_MAP) return true;
+  const hb_node *again = hb_node_find(node, "resample");
+  if (again && again->kind == HB_NODE_SCALAR && strcmp(again->text, "false") != 0) return true;
+  return !hb_node_find(node, "vertices") && !hb_node_find(node, "file");
+}
+
 /* Reads a curve. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
                               const bool halves[2], double **xyz, int *count) {

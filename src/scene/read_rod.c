@@ -19,8 +19,10 @@ static hb_status copy_shape(const hb_scene_reader *r, const double *from, int n,
 /* rest and initial; either may be missing and is then like the other. */
 static hb_status read_shapes(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
   const hb_node *rest = hb_node_find(node, "rest"), *initial = hb_node_find(node, "initial");
-  const bool halves[2] = {hb_scene_has_wall(hb_node_find(node, "start")),
-                          hb_scene_has_wall(hb_node_find(node, "end"))};
+  /* both shapes alike, so that edges keep their lengths from one to the other */
+  bool divides = hb_scene_curve_divides(rest) && hb_scene_curve_divides(initial);
+  const bool halves[2] = {divides && hb_scene_has_wall(hb_node_find(node, "start")),
+                          divides && hb_scene_has_wall(hb_node_find(node, "end"))};
   int count = 0;
   if (!rest && !initial)
     return hb_scene_fail_key(r, node, "the shape is missing; \"rest\", \"initial\" or both are expected");

@@ -150,7 +150,7 @@ static void place(const journey *j, bool exact) {
     for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++) {
       const hb_position_support *p = &m->positions[k];
       double x[3], v[3], old[3], rate[3] = {0, 0, 0}, base[3] = {0}, base_v[3] = {0};
-      if (!j->u->fresh && !hb_support_moves(p)) continue;
+      if (!j->u->fresh && !hb_support_moves(m, p)) continue;
       int i = p->slot - rod->first;
       hb_unit_get3(j->u, n, i, AT(x), x);
       hb_unit_get3(j->u, n, i, AT(v), v);
@@ -304,7 +304,10 @@ static void fill_moments(const journey *j, int n) {
   const hb_rod *rod = &m->rods[u->rods[n]];
   for (int g = 0; g < u->strip_count; g++) {
     hb_strip *s = &u->strips[g];
-    for (int l = 0; l < s->lanes; l++) {
+    for (int l = 0; l < s->lanes && s->uniform; l++)
+      if (u->pieces || l == n || (n == 0 && l >= u->rod_count))
+        hb_strip_set(s, s->rod_moment, 0, l, j->s->state->moment[rod->first_span]);
+    for (int l = 0; l < s->lanes && !s->uniform; l++) {
       bool mine = u->pieces || l == n || (n == 0 && l >= u->rod_count);
       int at = rod->first + (u->pieces ? s->first_edge + l * s->rows : 0);
       for (int k = rod->first_span; mine && k < rod->first_span + rod->span_count; k++) {
@@ -582,7 +585,8 @@ static void keep_support_forces(const journey *j) {
   for (int n = 0; n < j->u->rod_count; n++) {
     const hb_rod *rod = &s->model->rods[j->u->rods[n]];
     for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
-      hb_unit_get3(j->u, n, s->model->positions[k].slot - rod->first, AT(f), s->force_old + 3 * k);
+      if (hb_support_moves(s->model, &s->model->positions[k]))
+        hb_unit_get3(j->u, n, s->model->positions[k].slot - rod->first, AT(f), s->force_old + 3 * k);
     for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
       s->torque_old[k] = s->state->frame_torque[k];
   }
@@ -615,7 +619,7 @@ static void book_supports(const journey *j) {
       const hb_position_support *p = &s->model->positions[k];
       double x[3], x_old[3], v[3], v_old[3], f[3], pull[3], rate_pull[3];
       int i = p->slot - rod->first;
-      if (!hb_support_moves(p)) continue;
+      if (!hb_support_moves(s->model, p)) continue;
       hb_unit_get3(j->u, n, i, AT(x), x);
       hb_unit_get3(j->u, n, i, AT(x_old), x_old);
       hb_unit_get3(j->u, n, i, AT(v), v);

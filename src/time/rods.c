@@ -27,7 +27,7 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
   if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
-    if (euler && hb_support_moves(&m->positions[k])) return false;
+    if (euler && hb_support_moves(m, &m->positions[k])) return false;
   for (int i = rod->first; i < rod->first + rod->nv; i++)
     if (m->inv_mass[3 * i] != m->inv_mass[3 * i + 1] || m->inv_mass[3 * i] != m->inv_mass[3 * i + 2])
       return false; /* held along single axes */

@@ -223,8 +223,12 @@ void hb_stepper_book_work(hb_stepper *s, const hb_rod *rod, double h) {
 }
 
 /* Does the support move at all? */
-bool hb_support_moves(const hb_position_support *p) {
-  if (p->tangent) return true;
+bool hb_support_moves(const hb_model *m, const hb_position_support *p) {
+  if (p->tangent) {
+    const hb_position_support *base = p;
+    while (base > m->positions && base->slot != p->base) base--; /* bases come first */
+    return !p->def->held || base->slot != p->base || hb_support_moves(m, base);
+  }
   for (int c = 0; c < 3; c++)
     if (p->def->value[c] && !hb_formula_is_constant(p->def->value[c])) return true;
   return false;
@@ -249,7 +253,7 @@ void hb_stepper_find_pull(hb_stepper *s, const hb_rod *rod, double h, double kic
   double *rest = s->v_predicted;
   bool any = false;
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++)
-    any = any || hb_support_moves(&m->positions[n]);
+    any = any || hb_support_moves(m, &m->positions[n]);
   if (!any) return; /* supports that stand still do no work */
   for (int k = 3 * rod->first; k < 3 * (rod->first + rod->nv); k++)
     rest[k] =
@@ -269,7 +273,7 @@ void hb_stepper_book_supports(hb_stepper *s, const hb_rod *rod, double h, bool r
   double work = 0;
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++) {
     const hb_position_support *p = &m->positions[n];
-    if (!hb_support_moves(p)) continue;
+    if (!hb_support_moves(m, p)) continue;
     for (int c = 0; c < 3; c++) {
       int k = 3 * p->slot + c, i = p->slot;
       if (!p->fixed[c]) continue;

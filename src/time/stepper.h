@@ -88,7 +88,7 @@ void hb_stepper_find_pull(hb_stepper *stepper, const hb_rod *rod, double h, doub
 void hb_stepper_book_supports(hb_stepper *stepper, const hb_rod *rod, double h, bool rattle);
 
 /* Does a support follow formulas of time at all? */
-bool hb_support_moves(const hb_position_support *support);
+bool hb_support_moves(const hb_model *model, const hb_position_support *support);
 /* A prescribed vertex at time t: position and exact velocity. base_x, base_v: of the base vertex (tangents).
  */
 void hb_support_at(const hb_model *model, const hb_position_support *support, double t,

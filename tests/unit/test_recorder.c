@@ -4,6 +4,7 @@
 #include "support/smallsim.h"
 
 #include "base/memory.h"
+#include "output/layout.h"
 
 #include <dirent.h>
 #include <signal.h>
@@ -11,6 +12,7 @@
 #include <stdlib.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -33,15 +35,20 @@ static void see(void *context, const hb_frame *frame) {
   r->seen[r->count++] = frame->step;
 }
 
-/* Everything up to the recorder; room: frames that the trajectory has place for. */
-static void begin(recording *r, bool threaded, long room, double checkpoint_seconds) {
-  hb_error err = {HB_OK, ""};
+/* A place for the files and their names. */
+static void new_directory(recording *r) {
   const char *scratch = getenv("HEBRA_SCRATCH");
   memset(r, 0, sizeof *r);
   snprintf(r->directory, sizeof r->directory, "%s/recorder-XXXXXX", scratch ? scratch : ".");
   assert_non_null(mkdtemp(r->directory));
   snprintf(r->trajectory, sizeof r->trajectory, "%s/t.h5", r->directory);
   snprintf(r->checkpoint, sizeof r->checkpoint, "%s/c", r->directory);
+}
+
+/* Everything up to the recorder; room: frames that the trajectory has place for. */
+static void in_directory(recording *r, bool threaded, long room, double checkpoint_seconds,
+                         void (*seen)(void *, const hb_frame *)) {
+  hb_error err = {HB_OK, ""};
   if (!smallsim_make(&r->s, &err) || hb_frame_create(r->s.model, &r->frame, &err) ||
       hb_writer_create(r->trajectory, r->s.model, room, &r->writer, &err))
     fail_msg("%s", err.text);
@@ -50,9 +57,15 @@ static void begin(recording *r, bool threaded, long room, double checkpoint_seco
                          .checkpoint = r->checkpoint,
                          .checkpoint_seconds = checkpoint_seconds,
                          .threaded = threaded,
-                         .seen = see,
+                         .seen = seen,
                          .context = r};
   if (hb_recorder_create(r->s.model, &plan, &r->recorder, &err)) fail_msg("%s", err.text);
+}
+
+/* The same in a new directory. */
+static void begin(recording *r, bool threaded, long room, double checkpoint_seconds) {
+  new_directory(r);
+  in_directory(r, threaded, room, checkpoint_seconds, see);
 }
 
 /* Closes, frees, removes. */
@@ -194,7 +207,33 @@ static void a_failure_comes_back(void **state) {
   }
 }
 
-/* A disk that takes no more bytes. */
+/* The length of file that `frames` frames need in a trajectory laid out for `room`: to the byte in the table
+ * that lies last. */
+static rlim_t length_of(const recording *r, long room, long frames) {
+  char path[320];
+  hb_writer *writer = NULL;
+  hb_error err = {HB_OK, ""};
+  hb_layout_map map;
+  uint64_t length = 0, last = 0;
+  snprintf(path, sizeof path, "%s/twin.h5", r->directory);
+  if (hb_writer_create(path, r->s.model, room, &writer, &err) || hb_writer_close(writer, &err))
+    fail_msg("%s", err.text);
+  hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+  assert_true(file >= 0);
+  if (hb_layout_locate(file, path, r->s.model->nv, &map, &err)) fail_msg("%s", err.text);
+  for (int k = 0; k < map.count; k++) {
+    if (map.at[k] < last) continue;
+    last = map.at[k];
+    length = map.at[k] + (uint64_t)frames * map.stride[k];
+  }
+  hb_layout_map_free(&map);
+  H5Fclose(file);
+  unlink(path);
+  return (rlim_t)length;
+}
+
+/* A disk that has room for three frames: these are kept, and the fourth is told of, also where all were to be
+ * written in one go. */
 static void a_full_disk_is_told(void **state) {
   (void)state;
   struct sigaction ignore = {.sa_handler = SIG_IGN}, old_action;
@@ -207,7 +246,7 @@ static void a_full_disk_is_told(void **state) {
     begin(&r, threaded, 100000, 1000);
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
     limit = old;
-    limit.rlim_cur = 4096;
+    limit.rlim_cur = length_of(&r, 100000, 3);
     sigaction(SIGXFSZ, &ignore, &old_action);
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
     (void)go(&r, &status, &err);
@@ -215,15 +254,55 @@ static void a_full_disk_is_told(void **state) {
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &old), 0);
     sigaction(SIGXFSZ, &old_action, NULL);
     assert_int_equal(status, HB_ERR_IO);
-    assert_non_null(strstr(err.text, "t.h5: frame 0 cannot be written: File too large"));
+    assert_non_null(strstr(err.text, "t.h5: frame 3 cannot be written: File too large"));
     assert_int_equal(hb_recorder_wait(r.recorder, NULL), HB_ERR_IO);
+    assert_int_equal(hb_recorder_frames(r.recorder), 3);
     hb_writer_close(r.writer, NULL);
     r.writer = NULL;
     assert_int_equal(hb_reader_open(r.trajectory, &reader, &err), HB_OK);
-    assert_int_equal(hb_reader_info(reader)->frames, 0);
+    assert_int_equal(hb_reader_info(reader)->frames, 3);
     hb_reader_close(reader);
     end(&r);
   }
+}
+
+/* Ends the process at the seventh frame, as a kill would. */
+static void die_at_seven(void *context, const hb_frame *frame) {
+  see(context, frame);
+  if (((recording *)context)->count == 7) _exit(7);
+}
+
+/* A checkpoint never counts frames that are not in the file: a run is killed just after the checkpoint of its
+ * fifth frame, while more frames wait. */
+static void a_checkpoint_comes_after_its_frames(void **state) {
+  (void)state;
+  recording r;
+  hb_error err = {HB_OK, ""};
+  hb_checkpoint saved;
+  hb_reader *reader = NULL;
+  int how = 0;
+  new_directory(&r);
+  pid_t child = fork(); /* before there is any thread */
+  assert_true(child >= 0);
+  if (child == 0) {
+    in_directory(&r, true, 25, 1000, die_at_seven);
+    for (int n = 1; n <= 20; n++) {
+      if (hb_sim_step(r.s.sim, &err) || hb_recorder_add(r.recorder, r.s.sim, n == 5, &err)) _exit(1);
+    }
+    hb_recorder_wait(r.recorder, &err);
+    _exit(2);
+  }
+  assert_int_equal(waitpid(child, &how, 0), child);
+  assert_true(WIFEXITED(how));
+  assert_int_equal(WEXITSTATUS(how), 7);
+  if (hb_checkpoint_read(r.checkpoint, &saved, &err)) fail_msg("%s", err.text);
+  assert_int_equal(saved.frames, 5);
+  assert_int_equal((long)saved.block[HB_S_STEP], 5);
+  hb_checkpoint_free(&saved);
+  if (hb_reader_open(r.trajectory, &reader, &err)) fail_msg("%s", err.text);
+  assert_true(hb_reader_info(reader)->frames >= 5);
+  hb_reader_close(reader);
+  end(&r);
 }
 
 /* A checkpoint that cannot be written is told too, after its frame has been kept. */
@@ -295,9 +374,13 @@ static void a_copy_measures_the_same(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_thread_changes_nothing), cmocka_unit_test(a_checkpoint_is_of_its_moment),
-      cmocka_unit_test(checkpoints_come_in_time), cmocka_unit_test(a_failure_comes_back),
-      cmocka_unit_test(a_full_disk_is_told),      cmocka_unit_test(a_lost_directory_is_told),
+      cmocka_unit_test(a_thread_changes_nothing),
+      cmocka_unit_test(a_checkpoint_is_of_its_moment),
+      cmocka_unit_test(checkpoints_come_in_time),
+      cmocka_unit_test(a_failure_comes_back),
+      cmocka_unit_test(a_full_disk_is_told),
+      cmocka_unit_test(a_lost_directory_is_told),
+      cmocka_unit_test(a_checkpoint_comes_after_its_frames),
       cmocka_unit_test(a_copy_measures_the_same),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
