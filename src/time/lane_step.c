@@ -200,7 +200,7 @@ static int judge_lengths(const journey *j, int iteration, const double *toleranc
 static bool leads_edges(const hb_model *m, const hb_rod *rod) {
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++) {
     const hb_position_support *p = &m->positions[k];
-    if (p->tangent || !hb_support_moves(p)) continue;
+    if (p->tangent || !hb_support_moves(m, p)) continue;
     const double *w = m->inv_mass + 3 * p->slot;
     if ((p->slot > rod->first && w[-3] == 0) || (p->slot + 1 < rod->first + rod->nv && w[3] == 0))
       return true;

@@ -87,12 +87,14 @@ hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
   return status;
 }
 
-/* One unit to the state, and from it. */
+/* One unit to the state. */
 static void store_unit(void *context, int index, int worker) {
   hb_stepper *s = context;
   (void)worker;
   hb_unit_store(s->model, s->state, &s->plan->units[index]);
 }
+
+/* And from it. */
 static void load_unit(void *context, int index, int worker) {
   hb_stepper *s = context;
   (void)worker;
