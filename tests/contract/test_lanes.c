@@ -6,10 +6,9 @@
 
 /* What one step may differ by. A number of either way is a few dozen rounded operations away from the exact
  * one: 2e-16 of the rod's length in positions, the same over the time step in velocities. Forces are
- * stiffness times differences of positions, a few hundred of them near a sharp bend; the twist of general
- * rods is solved to a hundred times round-off. The energy of a rod that has just begun to move is made of
- * such velocities. */
-static const trio_gap one_step = {1e-14, 1e-14, 1e-12, 1e-12, 1e-10};
+ * stiffness times differences of positions, a few hundred of them near a sharp bend. The energy of a rod that
+ * has just begun to move is made of such velocities. */
+static const trio_gap one_step = {1e-14, 1e-14, 1e-12, 1e-13, 1e-10};
 
 /* What a random scene is made of. */
 typedef struct recipe {

@@ -147,16 +147,19 @@ static void compare_rod(const trio *t, const hb_rod *rod, const hb_state *a, con
   widen(&gap->v, a->v + 3 * o, b->v + 3 * o, 3 * n, L / m->def->method.time_step);
   widen(&gap->force, a->force + 3 * o, b->force + 3 * o, 3 * n, stiff * L + load);
   if (rod->twist_free) return;
+  /* General rods: dE/dtheta of each edge is solved to round-off of 2 beta/l, n times beta/L, and the Hessian
+   * is conditioned like n^2. */
+  double edges = rod->closed_form ? 1 : (double)n;
   if (!rod->closed_form) {
-    widen(&gap->twist, a->m1 + 3 * o, b->m1 + 3 * o, 3 * n, (double)n);
-    widen(&gap->twist, a->twist + o, b->twist + o, n, (double)n);
+    widen(&gap->twist, a->m1 + 3 * o, b->m1 + 3 * o, 3 * n, edges * edges);
+    widen(&gap->twist, a->twist + o, b->twist + o, n, edges * edges);
   }
   widen(&gap->twist, a->moment + rod->first_span, b->moment + rod->first_span, (size_t)rod->span_count, beta);
   widen(&gap->twist, a->frame_torque + rod->first_frame, b->frame_torque + rod->first_frame,
-        (size_t)rod->frame_count, beta);
+        (size_t)rod->frame_count, edges * beta);
   widen(&gap->twist, a->frame_angle + rod->first_frame, b->frame_angle + rod->first_frame,
         (size_t)rod->frame_count, 1);
-  widen(&gap->twist, &a->theta_0[rod->index], &b->theta_0[rod->index], 1, 1);
+  widen(&gap->twist, &a->theta_0[rod->index], &b->theta_0[rod->index], 1, edges * edges);
   for (int f = rod->first_span; f < rod->first_span + rod->span_count; f++)
     widen(&gap->twist, a->panel_twist + m->spans[f].first_panel, b->panel_twist + m->spans[f].first_panel,
           (size_t)m->spans[f].panel_count, 1);
