@@ -121,14 +121,15 @@ static void test_folds(void **state) {
   for (int k = 0; hb_integrators[k]; k++)
     for (int nv = 12; nv <= 42; nv += 30)
       for (int rods = 1; rods <= 5; rods += 4)
-        for (int twisted = 0; twisted < 2; twisted++) {
+        for (int kind = 0; kind < 3; kind++) { /* 0: not twisted, 1: twisted, 2: general */
           trio t;
           straight_rods(&t, hb_integrators[k]->name, 1e-3, rods, nv);
           hb_rod_def *rod = &t.def.rods[rods - 1];
-          if (twisted) {
+          if (kind == 1) {
             scene_angle(rod, 0, "0");
             scene_angle(rod, -1, "1");
           }
+          if (kind == 2) scene_form(rod, 1e-3, 0, 2e-3);
           scene_force(&t.def, HB_FORCE_DISTRIBUTED, "0.1", "0", "0");
           trio_start(&t, 0);
           assert_true(trio_all_in_lanes(&t));
@@ -144,8 +145,8 @@ static void test_folds(void **state) {
           const double *plain = hb_sim_const_state(t.sim[WAY_PLAIN])->scalar;
           const double *best = hb_sim_const_state(t.sim[WAY_BEST])->scalar;
           trio_gap g = trio_compare(&t, WAY_PLAIN, WAY_BEST);
-          say("%s, %d rods of %d vertices, %s: %g folds at %g\n", hb_integrators[k]->name, rods, nv,
-              twisted ? "twisted" : "not twisted", plain[HB_S_FOLDS], plain[HB_S_FOLD_SLOT]);
+          say("%s, %d rods of %d vertices, kind %d: %g folds at %g\n", hb_integrators[k]->name, rods, nv,
+              kind, plain[HB_S_FOLDS], plain[HB_S_FOLD_SLOT]);
           trio_say("all steps", g);
           assert_true(plain[HB_S_FOLDS] >= 1);
           assert_same(best[HB_S_FOLDS], plain[HB_S_FOLDS]);
