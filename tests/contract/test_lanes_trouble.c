@@ -156,6 +156,38 @@ static void test_folds(void **state) {
         }
 }
 
+/* A clamp that jumps by three turns: Newton in lanes gives up, the rod's own search goes on from there. */
+static void test_far_turns(void **state) {
+  (void)state;
+  for (int k = 0; hb_integrators[k]; k++)
+    for (int nv = 12; nv <= 42; nv += 30)
+      for (int rods = 1; rods <= 5; rods += 4)
+        for (int general = 0; general < 2; general++) {
+          trio t;
+          rng r = rng_start(5);
+          straight_rods(&t, hb_integrators[k]->name, 1e-4, rods, nv);
+          for (int n = 0; n < rods; n++) {
+            hb_rod_def *rod = &t.def.rods[n];
+            scene_clamp_start(rod);
+            scene_angle(rod, -1, n == 0 ? "6*pi*step(t - 0.00045)" : "t");
+            if (general) scene_form(rod, 1e-3, 2e-4, 3e-3);
+          }
+          scene_force(&t.def, HB_FORCE_GRAVITY, "0", "0.5", "-1");
+          trio_start(&t, 0);
+          assert_true(trio_all_in_lanes(&t));
+          trio_push(&t, &r, 1e-14);
+          trio_run(&t, 10, NULL);
+          trio_gap g = trio_compare(&t, WAY_PLAIN, WAY_BEST);
+          double turns = hb_sim_const_state(t.sim[WAY_BEST])->frame_angle[1] / (2 * HB_PI);
+          say("%s, %d %s rods of %d vertices\n", hb_integrators[k]->name, rods,
+              general ? "general" : "isotropic", nv);
+          trio_say("all steps", g);
+          assert_near(turns, 3, 1e-12);
+          trio_check(g, trio_bound(trio_compare(&t, WAY_PLAIN, WAY_PUSHED)), "far turn");
+          trio_end(&t);
+        }
+}
+
 /* A rod that begins in whatever direction is not taken for folded. */
 static void test_directions_without_folds(void **state) {
   (void)state;
@@ -269,7 +301,8 @@ int main(void) {
       cmocka_unit_test(test_loads_that_fail), cmocka_unit_test(test_edge_led_apart),
       cmocka_unit_test(test_few_projections), cmocka_unit_test(test_taut),
       cmocka_unit_test(test_folds),           cmocka_unit_test(test_directions_without_folds),
-      cmocka_unit_test(test_written_state),   cmocka_unit_test(test_restored_state),
+      cmocka_unit_test(test_far_turns),       cmocka_unit_test(test_written_state),
+      cmocka_unit_test(test_restored_state),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
