@@ -109,15 +109,31 @@ static void store3(const hb_strip *s, lane_of l, int lane, const void *from, dou
   }
 }
 
-/* Frames and twist of general rods. */
-static void load_frames(const hb_strip *s, lane_of l, int lane, const hb_state *state) {
+/* The tangent of the edge in slot k. */
+static hb_v3 tangent_of(const double *x, int k) {
+  hb_v3 e = hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k));
+  double length = sqrt(hb_v3_dot(e, e));
+  return (hb_v3){e.x / length, e.y / length, e.z / length};
+}
+
+/* The director of the edge in slot k. In lanes it belongs to the edge as it is; in a state that somebody has
+ * written to it may belong to another tangent, from which it has to come over. */
+static hb_v3 director_of(const hb_state *state, int k) {
+  hb_v3 d = hb_v3_load(state->m1 + 3 * k), was = hb_v3_load(state->tangent + 3 * k),
+        is = tangent_of(state->x, k);
+  return was.x == is.x && was.y == is.y && was.z == is.z ? d : hb_carry(d, was, is);
+}
+
+/* Frames and twist of general rods. follow: the state's positions are those that the lanes get, too. */
+static void load_frames(const hb_strip *s, lane_of l, int lane, const hb_state *state, bool follow) {
   for (int r = 0; r <= s->rows; r++) {
     int i = l.first + r, slot = l.rod->first + i;
     bool edge = r < s->rows && i < l.last;
     if (r < s->rows) {
+      double d[3] = {0, 0, 0};
+      if (edge) hb_v3_store(d, follow ? director_of(state, slot) : hb_v3_load(state->m1 + 3 * slot));
       hb_strip_set(s, s->spin, (size_t)r, lane, edge ? state->spin[slot] : 0);
-      for (int c = 0; c < 3; c++)
-        hb_strip_set(s, s->m1, 3 * (size_t)r + (size_t)c, lane, edge ? state->m1[3 * slot + c] : 0);
+      for (int c = 0; c < 3; c++) hb_strip_set(s, s->m1, 3 * (size_t)r + (size_t)c, lane, d[c]);
     }
     hb_strip_set(s, s->twist, (size_t)r, lane, i > 0 && i < l.last ? state->twist[slot] : 0);
   }
@@ -127,14 +143,11 @@ static void load_frames(const hb_strip *s, lane_of l, int lane, const hb_state *
 static void store_frames(const hb_strip *s, lane_of l, int lane, hb_state *state) {
   for (int r = 0; r < s->rows && l.first + r < l.last; r++) {
     int slot = l.rod->first + l.first + r;
-    double t[3], sum = 0;
-    for (int c = 0; c < 3; c++) {
-      size_t k = 3 * (size_t)r + (size_t)c;
-      state->m1[3 * slot + c] = hb_strip_get(s, s->m1, k, lane);
-      t[c] = hb_strip_get(s, s->x, k + 3, lane) - hb_strip_get(s, s->x, k, lane);
-      sum += t[c] * t[c];
-    }
-    for (int c = 0; c < 3; c++) state->tangent[3 * slot + c] = t[c] / sqrt(sum);
+    double x[6];
+    for (int c = 0; c < 3; c++)
+      state->m1[3 * slot + c] = hb_strip_get(s, s->m1, 3 * (size_t)r + (size_t)c, lane);
+    for (int c = 0; c < 6; c++) x[c] = hb_strip_get(s, s->x, 3 * (size_t)r + (size_t)c, lane);
+    hb_v3_store(state->tangent + 3 * slot, tangent_of(x, 0));
     state->spin[slot] = hb_strip_get(s, s->spin, (size_t)r, lane);
     state->twist[slot] = l.first + r > 0 ? hb_strip_get(s, s->twist, (size_t)r, lane) : 0;
   }
@@ -145,7 +158,7 @@ void hb_unit_load_frames(const hb_model *model, const hb_state *state, hb_unit *
   for (int g = 0; g < unit->strip_count; g++)
     for (int lane = 0; lane < unit->strips[g].lanes; lane++)
       if (unit->pieces || lane == n || (n == 0 && lane >= unit->rod_count))
-        load_frames(&unit->strips[g], describe(model, unit, &unit->strips[g], lane), lane, state);
+        load_frames(&unit->strips[g], describe(model, unit, &unit->strips[g], lane), lane, state, false);
 }
 
 /* And back. */
@@ -165,7 +178,7 @@ void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit) {
       load3(s, l, lane, state->x, s->x, false);
       load3(s, l, lane, state->v, s->v, true);
       load3(s, l, lane, state->force, s->f, true);
-      if (s->general) load_frames(s, l, lane, state);
+      if (s->general) load_frames(s, l, lane, state, true);
       for (int r = 0; r < s->rows; r++) {
         int j = l.first + r;
         hb_strip_set(s, s->lambda, (size_t)r, lane, j < l.last ? state->lambda[l.rod->first + j] : 0);
