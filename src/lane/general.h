@@ -11,7 +11,7 @@ INLINED lanes row_before(const hb_strip *s, const lanes *a, const lanes *before,
   return up(a[numbers * (s->rows - 1) + c], in);
 }
 
-/* And of the row behind the last one. */
+/* The row behind the last of a piece. */
 INLINED lanes row_behind(const hb_strip *s, const lanes *a, const lanes *after, int c) {
   return down(a[c], s->after ? after[c][0] : 0);
 }
@@ -21,7 +21,7 @@ INLINED v3 v3_before(const hb_strip *s, const lanes *a, const lanes *before) {
   return (v3){row_before(s, a, before, 3, 0), row_before(s, a, before, 3, 1), row_before(s, a, before, 3, 2)};
 }
 
-/* And of the one behind the last row. */
+/* Of the edge behind the last row. */
 INLINED v3 v3_behind(const hb_strip *s, const lanes *a, const lanes *after) {
   return (v3){row_behind(s, a, after, 0), row_behind(s, a, after, 1), row_behind(s, a, after, 2)};
 }
@@ -99,7 +99,7 @@ INLINED v3 transported(v3 d, v3 a, v3 b) {
   return v3_axpy(d, -(v3_dot(d, b) / chi), v3_add(a, b));
 }
 
-/* The same with the round-off taken out; d itself where the edge turned back. */
+/* The same with the round-off of norm and normality taken out. */
 INLINED v3 carried(v3 d, v3 a, v3 b) {
   lane_mask turned_back = R(1) + v3_dot(a, b) <= all(R(HB_FOLD_LIMIT));
   v3 r = transported(d, a, b);

@@ -30,7 +30,10 @@ struct hb_stepper {
   double *follower_m1;     /* 3 per slot: directors for follower loads, or NULL */
   unsigned char *rates;    /* per rod: do its loads depend on velocity? */
   unsigned *active;        /* per rod: bit k set if terms[k] acts on it */
-  double length_error;     /* largest of this step */
+  double length_error;     /* largest of the last step */
+  double worst_error;      /* largest of all steps of the block */
+  int block;               /* steps to be taken at once, 1 to HB_BLOCK_STEPS */
+  int failed_step;         /* after a failure: which of them it was, from 0 */
   hb_pool *pool;           /* threads, or NULL for one */
   hb_lane_plan *plan;      /* rods that step in lanes, or NULL */
   hb_lane_worker *workers; /* one per thread */
@@ -49,6 +52,8 @@ void hb_stepper_release(hb_stepper *stepper);
  * by one. After hb_stepper_init. */
 hb_status hb_stepper_use_lanes(hb_stepper *stepper, hb_error *err);
 void hb_stepper_release_workers(hb_stepper *stepper);
+/* May several steps be taken at once? Only if all rods step in lanes. */
+bool hb_stepper_may_block(const hb_stepper *stepper);
 /* Brings the state's arrays up to date with the lanes; the state may be read then. */
 void hb_stepper_store(hb_stepper *stepper);
 /* The state may have been written to: lanes are filled anew before the next step. */
