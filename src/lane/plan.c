@@ -219,6 +219,8 @@ static void set_constants(const hb_model *m, const hb_unit *u, hb_strip *s) {
       if (edge && r >= 0 && r < s->rows) set_edge(m, s, rod->first + j, r, l);
       if (!vertex || r < 0) continue;
       hb_strip_set(s, s->mobility, (size_t)r, l, m->inv_mass[3 * (rod->first + j)]);
+      hb_strip_set(s, s->mass, (size_t)r, l, m->mass[rod->first + j]);
+      hb_strip_set(s, s->weight, (size_t)r, l, m->weight[rod->first + j]);
       if (s->general) set_general(m, s, rod, j, r, l);
       if (j > 0 && j < last) hb_strip_set(s, s->bend_gain, (size_t)r, l, m->bend_gain[rod->first + j]);
     }

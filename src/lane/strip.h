@@ -33,7 +33,10 @@
   F(link, 0, 1, "entry by which the row before needs this row's unknown")                                    \
   F(right, 0, 1, "right-hand sides, then unknowns")                                                          \
   F(fill, 0, 1, "entry by which a row needs the unknown in front of its piece")                              \
-  F(v_old, 1, 3, "velocities at the start of the step")
+  F(v_old, 1, 3, "velocities at the start of the step")                                                      \
+  F(load, 1, 3, "the part of f that comes from loads, whose work is booked")                                 \
+  F(mass, 1, 1, "mass; 0 for phantoms, and for them only")                                                   \
+  F(weight, 1, 1, "length that belongs to a vertex")
 
 /* The same for strips of general rods only. */
 #define HB_STRIP_GENERAL_FIELDS(F)                                                                           \
@@ -79,7 +82,16 @@
   F(keep, 1, "part of the last spin that is a good guess for the next (general rods)")                       \
   F(scale, 1, "what the terms of dE/dtheta are made of (general rods)")                                      \
   F(floor, 1, "largest twisting gain (general rods)")                                                        \
-  F(finite, 1, "a sum that is finite if all forces and velocities are")
+  F(finite, 1, "a sum that is finite if all forces and velocities are")                                      \
+  F(acceleration, 3, "uniform loads of each lane's rod, as in hb_uniform_load")                              \
+  F(per_length, 3, "the same")                                                                               \
+  F(per_vertex, 3, "the same")                                                                               \
+  F(medium, 3, "the same")                                                                                   \
+  F(linear, 2, "the same")                                                                                   \
+  F(quadratic, 2, "the same")                                                                                \
+  F(damping, 1, "the same")                                                                                  \
+  F(work, 1, "sum of (load before + load now) . way over the vertices of a lane")                            \
+  F(lost, 1, "sum of m |way|^2 over them")
 
 typedef struct hb_strip {
   int lanes;                     /* HB_LANES_DOUBLE or HB_LANES_SINGLE */
@@ -91,6 +103,7 @@ typedef struct hb_strip {
   bool twisted;                  /* some rod of it carries a twisting moment */
   bool general;                  /* its rods are anisotropic or curved at rest */
   bool uniform;                  /* twisted: every rod of it has one moment from end to end */
+  bool windy, damped;            /* some lane's rod meets drag, mass damping as a uniform load */
   const struct hb_strip *before; /* neighbours along the same rod, NULL at its ends */
   const struct hb_strip *after;
   int *cuts; /* twisted: rows where a product of transports ends, ascending; the last is K - 1 */
@@ -138,6 +151,9 @@ typedef struct hb_lane_kernels {
   void (*turn)(hb_strip *strip);
   void (*drop_turns)(hb_strip *strip, int lane); /* none for this lane, -1: for all */
   void (*general)(hb_strip *strip);
+  /* Uniform loads: into load, onto f, their sums into `work` and `lost`. h: time step; with predict velocities
+   * are extrapolated to the end of the step, as second-order schemes want them. */
+  void (*loads)(hb_strip *strip, double h, bool predict);
   /* Velocities of the second-order scheme (half-step velocities completed by the pull of lambda along the old
    * edges, then kicked), and elimination for their projection. */
   void (*eliminate_rates)(hb_strip *strip, double kick, double inv_h);

@@ -197,6 +197,7 @@ hb_status hb_step_rods(hb_stepper *s, double h, const hb_scheme *scheme, hb_erro
   if (s->plan) {
     load_lanes(s);
     s->state_current = false;
+    hb_stepper_look_at_forces(s, t);
     status = step_units(s, t, h, scheme, err);
   }
   for (int r = 0; !status && r < s->model->rod_count; r++)

@@ -30,6 +30,8 @@ struct hb_stepper {
   double *follower_m1;     /* 3 per slot: directors for follower loads, or NULL */
   unsigned char *rates;    /* per rod: do its loads depend on velocity? */
   unsigned *active;        /* per rod: bit k set if terms[k] acts on it */
+  unsigned *uniform;       /* the same for those that are a uniform load on it */
+  hb_force_value *values;  /* per entry of the scene's forces: at the end of this step */
   double length_error;     /* largest of this step */
   hb_pool *pool;           /* threads, or NULL for one */
   hb_lane_plan *plan;      /* rods that step in lanes, or NULL */
@@ -51,6 +53,8 @@ hb_status hb_stepper_use_lanes(hb_stepper *stepper, hb_error *err);
 void hb_stepper_release_workers(hb_stepper *stepper);
 /* Brings the state's arrays up to date with the lanes; the state may be read then. */
 void hb_stepper_store(hb_stepper *stepper);
+/* The formulas of loads that depend on time alone, once for all rods. */
+void hb_stepper_look_at_forces(hb_stepper *stepper, double t);
 /* The state may have been written to: lanes are filled anew before the next step. */
 void hb_stepper_state_changed(hb_stepper *stepper);
 
