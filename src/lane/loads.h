@@ -17,18 +17,19 @@ typedef struct account {
   lanes work, lost;
 } account;
 
-/* Reads it from the records. predict: 2 way/h - v_old, the velocity at the end of a step of second order. */
+/* Reads it from the record, which has the members of hb_uniform_load one behind the other. predict: 2 way/h -
+ * v_old, the velocity at the end of a step of second order. */
 INLINED burden burden_of(const hb_strip *s, double h, bool predict) {
-  const lanes *linear = s->linear, *square = s->quadratic;
-  return (burden){.acceleration = v3_load(s->acceleration),
-                  .per_length = v3_load(s->per_length),
-                  .per_vertex = v3_load(s->per_vertex),
-                  .medium = v3_load(s->medium),
-                  .linear_n = linear[0],
-                  .linear_t = linear[1],
-                  .square_n = square[0],
-                  .square_t = square[1],
-                  .damping = *(const lanes *)s->damping,
+  const lanes *u = s->law;
+  return (burden){.acceleration = v3_load(u),
+                  .per_length = v3_load(u + 3),
+                  .per_vertex = v3_load(u + 6),
+                  .medium = v3_load(u + 9),
+                  .linear_n = u[12],
+                  .linear_t = u[13],
+                  .square_n = u[14],
+                  .square_t = u[15],
+                  .damping = u[HB_LAW_NUMBERS - 1],
                   .keep = predict ? R(-1) : R(1),
                   .gain = predict ? (hb_real)(2 / h) : R(0)};
 }
@@ -116,8 +117,10 @@ INLINED void load_rows(hb_strip *s, double h, bool predict, bool damped, bool wi
 
 /* Uniform loads, compiled for what there is. */
 static void loads(hb_strip *s, double h, bool predict) {
-  if (s->windy)
+  if (s->windy && s->damped)
     load_rows(s, h, predict, true, true);
+  else if (s->windy)
+    load_rows(s, h, predict, false, true);
   else if (s->damped)
     load_rows(s, h, predict, true, false);
   else

@@ -2,8 +2,7 @@
 #ifndef HB_LANE_PLAN_H
 #define HB_LANE_PLAN_H
 
-#include "hebra/model.h"
-#include "hebra/state.h"
+#include "hebra/plug.h"
 #include "lane/strip.h"
 #include "math/rotation.h"
 
@@ -60,8 +59,8 @@ void hb_unit_set3(hb_unit *unit, int n, int i, size_t array, const double in[3])
 void hb_unit_store3(const hb_model *model, const hb_unit *unit, int n, size_t array, double *to);
 void hb_unit_add3(const hb_model *model, hb_unit *unit, int n, size_t array, const double *from);
 void hb_unit_clear3(hb_unit *unit, int n, size_t array);
-/* `numbers` numbers in a record of the n-th rod's lanes, all pieces and copies. */
-void hb_unit_set_record(hb_unit *unit, int n, size_t record, int numbers, const double *in);
+/* The uniform load on the n-th rod, in all pieces and copies. */
+void hb_unit_set_loads(hb_unit *unit, int n, const hb_uniform_load *load);
 /* `numbers` numbers of edge j of the n-th rod, in one of the edge arrays. */
 void hb_unit_get_edge(const hb_unit *unit, int n, int j, size_t array, int numbers, double *out);
 void hb_unit_set_edge(hb_unit *unit, int n, int j, size_t array, int numbers, const double *in);

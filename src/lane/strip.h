@@ -14,6 +14,7 @@
 #define HB_LANES_DOUBLE 4
 #define HB_LANES_SINGLE 8
 #define HB_LANES_MAX 8
+#define HB_LAW_NUMBERS 17 /* of hb_uniform_load, the last of them its damping */
 
 /* Arrays of a strip: name, rows beyond the edges' K (a vertex array has K + 1), numbers per row, sentence. */
 #define HB_STRIP_FIELDS(F)                                                                                   \
@@ -83,13 +84,7 @@
   F(scale, 1, "what the terms of dE/dtheta are made of (general rods)")                                      \
   F(floor, 1, "largest twisting gain (general rods)")                                                        \
   F(finite, 1, "a sum that is finite if all forces and velocities are")                                      \
-  F(acceleration, 3, "uniform loads of each lane's rod, as in hb_uniform_load")                              \
-  F(per_length, 3, "the same")                                                                               \
-  F(per_vertex, 3, "the same")                                                                               \
-  F(medium, 3, "the same")                                                                                   \
-  F(linear, 2, "the same")                                                                                   \
-  F(quadratic, 2, "the same")                                                                                \
-  F(damping, 1, "the same")                                                                                  \
+  F(law, HB_LAW_NUMBERS, "uniform load on each lane's rod: the numbers of hb_uniform_load in their order")   \
   F(work, 1, "sum of (load before + load now) . way over the vertices of a lane")                            \
   F(lost, 1, "sum of m |way|^2 over them")
 

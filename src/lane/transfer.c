@@ -284,13 +284,15 @@ void hb_unit_clear3(hb_unit *unit, int n, size_t array) {
 }
 
 /* The same in every lane of a rod in pieces; for the first rod of a bundle in the idle lanes, too. */
-void hb_unit_set_record(hb_unit *unit, int n, size_t record, int numbers, const double *in) {
+void hb_unit_set_loads(hb_unit *unit, int n, const hb_uniform_load *load) {
+  double numbers[HB_LAW_NUMBERS];
+  _Static_assert(sizeof numbers == sizeof *load, "lanes know all numbers of a uniform load");
+  memcpy(numbers, load, sizeof numbers);
   for (int g = 0; g < unit->strip_count; g++) {
     hb_strip *s = &unit->strips[g];
-    void *to = array_of(s, record);
     int first = unit->pieces ? 0 : n, end = unit->pieces ? s->lanes : n + 1;
-    for (int lane = first; lane < end; lane++) put(s, to, 0, lane, numbers, in);
+    for (int lane = first; lane < end; lane++) put(s, s->law, 0, lane, HB_LAW_NUMBERS, numbers);
     for (int lane = unit->rod_count; n == 0 && !unit->pieces && lane < s->lanes; lane++)
-      put(s, to, 0, lane, numbers, in);
+      put(s, s->law, 0, lane, HB_LAW_NUMBERS, numbers);
   }
 }

@@ -379,13 +379,7 @@ static void set_uniform_loads(const journey *j) {
     hb_uniform_load sum = {.damping = 0};
     for (int k = 0; s->terms[k]; k++)
       if (s->uniform[rod->index] & (1u << k)) (void)s->terms[k]->uniform(s->model, rod, s->values, &sum);
-    hb_unit_set_record(j->u, n, AT(acceleration), 3, sum.acceleration);
-    hb_unit_set_record(j->u, n, AT(per_length), 3, sum.per_length);
-    hb_unit_set_record(j->u, n, AT(per_vertex), 3, sum.per_vertex);
-    hb_unit_set_record(j->u, n, AT(medium), 3, sum.medium);
-    hb_unit_set_record(j->u, n, AT(linear), 2, sum.linear);
-    hb_unit_set_record(j->u, n, AT(quadratic), 2, sum.quadratic);
-    hb_unit_set_record(j->u, n, AT(damping), 1, &sum.damping);
+    hb_unit_set_loads(j->u, n, &sum);
     for (int c = 0; c < 2; c++) windy = windy || sum.linear[c] != 0 || sum.quadratic[c] != 0;
     damped = damped || sum.damping != 0;
   }
@@ -410,7 +404,7 @@ static void add_loads(const journey *j) {
       const hb_strip *strip = &u->strips[g];
       u->tally[HB_S_WORK_LOADS] += 0.5 * hb_strip_get(strip, strip->work, 0, l);
       if (strip->damped)
-        u->tally[HB_S_DISSIPATED] += hb_strip_get(strip, strip->damping, 0, l) / j->h *
+        u->tally[HB_S_DISSIPATED] += hb_strip_get(strip, strip->law, HB_LAW_NUMBERS - 1, l) / j->h *
                                      hb_strip_get(strip, strip->lost, 0, l);
     }
   for (int n = 0; n < u->rod_count; n++) {
