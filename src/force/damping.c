@@ -25,5 +25,5 @@ static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_val
   return true;
 }
 
-const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true,
-                                        true, uniform};
+const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true, true,
+                                        uniform};

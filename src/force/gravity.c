@@ -54,4 +54,5 @@ static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_val
 }
 
 const hb_force_term hb_force_gravity = {
-    "gravity", "weight of every vertex in a field of acceleration", active, add, energy, false, false, uniform};
+    "gravity", "weight of every vertex in a field of acceleration", active, add, energy, false, false,
+    uniform};

@@ -16,8 +16,7 @@ hb_load_values hb_load_begin(const hb_force_def *def, double t) {
   double vars[HB_VAR_COUNT] = {0}, out[3];
   vars[HB_VAR_T] = t;
   for (int c = 0; c < 3; c++) out[c] = def->value[c] ? hb_formula_eval(def->value[c], vars) : 0;
-  return (hb_load_values){
-      .def = def, .t = t, .uniform = hb_load_is_uniform(def), .value = hb_v3_load(out)};
+  return (hb_load_values){.def = def, .t = t, .uniform = hb_load_is_uniform(def), .value = hb_v3_load(out)};
 }
 
 /* The value at one vertex. */

@@ -146,8 +146,8 @@ typedef struct hb_lane_kernels {
   void (*turn)(hb_strip *strip);
   void (*drop_turns)(hb_strip *strip, int lane); /* none for this lane, -1: for all */
   void (*general)(hb_strip *strip);
-  /* Uniform loads: into load, onto f, their sums into `work` and `lost`. h: time step; with predict velocities
-   * are extrapolated to the end of the step, as second-order schemes want them. */
+  /* Uniform loads: into load, onto f, their sums into `work` and `lost`. h: time step; with predict
+   * velocities are extrapolated to the end of the step, as second-order schemes want them. */
   void (*loads)(hb_strip *strip, double h, bool predict);
   /* Velocities of the second-order scheme (half-step velocities completed by the pull of lambda along the old
    * edges, then kicked), and elimination for their projection. */

@@ -389,8 +389,8 @@ static void set_uniform_loads(const journey *j) {
   }
 }
 
-/* Loads on all rods of the unit, their work (half of the force before the step and half of that after it), and
- * what damping takes. */
+/* Loads on all rods of the unit, their work (half of the force before the step and half of that after it),
+ * and what damping takes. */
 static void add_loads(const journey *j) {
   const hb_stepper *s = j->s;
   hb_unit *u = j->u;

@@ -32,8 +32,9 @@ void trio_end(trio *t) {
 
 /* The end of one lane is the beginning of the next: every array of vertices has the same bits there. */
 static void check_copies(const hb_unit *u) {
-  static const size_t arrays[] = {offsetof(hb_strip, x), offsetof(hb_strip, v), offsetof(hb_strip, f),
-                                  offsetof(hb_strip, x_old), offsetof(hb_strip, v_old)};
+  static const size_t arrays[] = {offsetof(hb_strip, x),     offsetof(hb_strip, v),
+                                  offsetof(hb_strip, f),     offsetof(hb_strip, x_old),
+                                  offsetof(hb_strip, v_old), offsetof(hb_strip, load)};
   for (int n = 0; u->pieces && n + 1 < u->strip_count * u->strips->lanes; n++) {
     const hb_strip *a = &u->strips[n / u->strips->lanes], *b = &u->strips[(n + 1) / u->strips->lanes];
     for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
