@@ -1,5 +1,5 @@
 /* Loads that follow one law all along a rod, in lanes: src/force in the same operations (docs/theory, 8 and
- * 10.6). */
+ * 10.7). */
 #ifndef HB_LANE_LOADS_H
 #define HB_LANE_LOADS_H
 

@@ -1,5 +1,5 @@
 /* Loads of rods in lanes are those of the rod's own functions: each kind alone, all together, on some rods of
- * a bundle and not on others, beside loads that lanes know nothing of (docs/theory, 10.6). */
+ * a bundle and not on others, beside loads that lanes know nothing of (docs/theory, 10.7). */
 #include "support/lanes.h"
 
 #include "hebra/plug.h"
