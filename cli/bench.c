@@ -47,7 +47,8 @@ static hb_status measure_one(const cli_bench_report *report, hb_error *err) {
                                           .integrator = integrators[k],
                                           .general = kind == 1,
                                           .rods = 1,
-                                          .vertices = report->sizes[i]};
+                                          .vertices = report->sizes[i],
+                                          .threads = 1};
   return measure_all(report, cases, count, is_middle, err);
 }
 
@@ -63,19 +64,17 @@ static hb_status measure_many(const cli_bench_report *report, hb_error *err) {
                                           .integrator = integrators[k],
                                           .general = kind == 1,
                                           .rods = shapes[i][0],
-                                          .vertices = shapes[i][1]};
+                                          .vertices = shapes[i][1],
+                                          .threads = 1};
   return measure_all(report, cases, count, is_middle, err);
 }
 
-#if CLI_BENCH_THREADS || CLI_BENCH_PRECISION
 /* No stages. */
 static bool is_none(const cli_bench_case *c) {
   (void)c;
   return false;
 }
-#endif
 
-#if CLI_BENCH_THREADS
 /* 1000 rods, and one long rod, on 1, 2, 4 ... all processors. */
 static hb_status measure_threads(const cli_bench_report *report, hb_error *err) {
   static const int shapes[][2] = {{1000, 50}, {1, 100000}};
@@ -94,9 +93,7 @@ static hb_status measure_threads(const cli_bench_report *report, hb_error *err) 
       }
   return measure_all(report, cases, count, is_none, err);
 }
-#endif
 
-#if CLI_BENCH_PRECISION
 /* Double against single precision. */
 static hb_status measure_precision(const cli_bench_report *report, hb_error *err) {
   static const int shapes[][2] = {{1, 1000}, {1000, 50}};
@@ -110,10 +107,10 @@ static hb_status measure_precision(const cli_bench_report *report, hb_error *err
                                           .general = kind == 1,
                                           .rods = shapes[i][0],
                                           .vertices = shapes[i][1],
-                                          .single = single == 1};
+                                          .single = single == 1,
+                                          .threads = 1};
   return measure_all(report, cases, count, is_none, err);
 }
-#endif
 
 /* The groups by name. steps: their rows share a table of JSON. */
 static const struct group {
@@ -123,12 +120,8 @@ static const struct group {
 } groups[] = {
     {"one", "one rod", true, measure_one},
     {"many", "many rods", true, measure_many},
-#if CLI_BENCH_THREADS
     {"threads", "threads", true, measure_threads},
-#endif
-#if CLI_BENCH_PRECISION
     {"precision", "double and single precision", true, measure_precision},
-#endif
     {"start", "from a scene to results", false, cli_bench_start_up},
     {"output", "a frame after every 10th step", false, cli_bench_output},
 };
@@ -243,17 +236,6 @@ static int bench_verb(int argc, char **argv) {
   return CLI_DONE;
 }
 
-#if CLI_BENCH_THREADS
-#define HELP_THREADS "  threads     1000 rods and one of 100,000 vertices on 1, 2, 4, ... all processors\n"
-#else
-#define HELP_THREADS
-#endif
-#if CLI_BENCH_PRECISION
-#define HELP_PRECISION "  precision   the same rods in double and in single precision\n"
-#else
-#define HELP_PRECISION
-#endif
-
 const cli_verb cli_verb_bench = {
     "bench", "measure what a step costs on this machine",
     "usage: hebra bench [GROUP ...] [--quick] [--json] [--sizes N,N,...] [--scenes DIR]\n"
@@ -268,8 +250,10 @@ const cli_verb cli_verb_bench = {
     "\n"
     "Groups, all of them if none is named:\n"
     "  one         one rod of 25 to 1,000,000 vertices, isotropic and general, both integrators\n"
-    "  many        1000 rods of 50 vertices, 100 of 100, 1000 of different sizes\n" HELP_THREADS
-        HELP_PRECISION "  start       a scene of 25 vertices up to its first step; the three scenes of the "
+    "  many        1000 rods of 50 vertices, 100 of 100, 1000 of different sizes\n"
+    "  threads     1000 rods and one of 100,000 vertices on 1, 2, 4, ... all processors\n"
+    "  precision   the same rods in double and in single precision\n"
+    "  start       a scene of 25 vertices up to its first step; the three scenes of the "
     "thesis with all output\n"
     "  output      what writing a frame after every 10th step costs\n"
     "\n"

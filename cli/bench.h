@@ -5,10 +5,6 @@
 #include "cli/cli.h"
 #include "output/json.h"
 
-/* Settings of a method that cases may vary; 1 where hb_method_def has the field. */
-#define CLI_BENCH_THREADS 0   /* hb_method_def.threads */
-#define CLI_BENCH_PRECISION 0 /* hb_method_def.precision */
-
 /* ---- cases: bench_cases.c ---- */
 
 /* Rods to step, and how. */

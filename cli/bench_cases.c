@@ -100,13 +100,9 @@ static hb_status make_scene(const cli_bench_case *c, hb_scene_def *def, hb_error
   def->method.integrator = hb_strdup(c->integrator);
   def->rods = hb_alloc((size_t)c->rods, sizeof *def->rods);
   if (!def->method.integrator || !def->rods) return hb_fail_memory(err, "scene");
-#if CLI_BENCH_THREADS
   def->method.threads = c->threads;
-#endif
-#if CLI_BENCH_PRECISION
   def->method.precision = c->single ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
   if (c->single) def->method.length_tolerance = 1e-5; /* what scene files have by default */
-#endif
   hb_status status = HB_OK;
   for (int r = 0; !status && r < c->rods; r++) {
     def->rod_count = r + 1;

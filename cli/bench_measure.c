@@ -98,8 +98,10 @@ hb_status cli_bench_measure(const cli_bench_case *c, bool quick, cli_bench_resul
   return status;
 }
 
-/* What was counted of such rods. */
+/* What was counted of such rods: in double precision only. The single one needs other numbers of iterations.
+ */
 static const cli_bench_count *find_count(const cli_bench_case *c) {
+  if (c->single) return NULL;
   for (int k = 0; k < cli_bench_count_rows; k++) {
     const cli_bench_count *row = &cli_bench_counts[k];
     if (row->general == c->general && row->many == (c->rods > 1) && !strcmp(row->integrator, c->integrator))
@@ -127,7 +129,7 @@ cli_bench_rate cli_bench_compare(const cli_bench_case *c, const cli_bench_result
   }
   rate.gflops = operations / r->ns;
   rate.of_peak = rate.gflops / (machine->fused[c->single] * (c->threads > 1 ? c->threads : 1));
-  rate.bytes = (rate.level == 0 ? bytes : rate.count->traffic) * (c->single ? 0.5 : 1);
+  rate.bytes = (rate.level == 0 ? bytes : rate.count->traffic);
   rate.gbytes = rate.bytes / r->ns;
   rate.of_bandwidth = rate.gbytes / machine->bandwidth[rate.level];
   return rate;

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 const char *const cli_bench_level_names[CLI_BENCH_LEVELS] = {"L1", "L2", "L3", "memory"};
 
@@ -79,7 +80,7 @@ static void write_stages(hb_json *json, const cli_bench_case *c, const cli_bench
   hb_json_object(json, "stages");
   for (int k = 0; k < HB_STAGE_COUNT; k++) {
     double ns = r->stage[k] * r->ns, operations = rate->count ? rate->count->operations[k] : (double)NAN,
-           bytes = rate->count ? rate->count->bytes[k] * (c->single ? 0.5 : 1) : (double)NAN;
+           bytes = rate->count ? rate->count->bytes[k] : (double)NAN;
     hb_json_object(json, hb_stage_names[k]);
     hb_json_number(json, "share", r->stage[k]);
     hb_json_number(json, "ns_per_vertex_step", ns);
@@ -133,7 +134,7 @@ void cli_bench_say_row(const cli_bench_report *report, const cli_bench_case *c, 
          100 * rate.of_bandwidth, cli_bench_level_names[rate.level], r->projections, r->twist_iterations,
          r->memory);
   for (int k = 0; k < HB_STAGE_COUNT; k++) printf(" %3.0f%%", 100 * r->stage[k]);
-  if (c->threads) printf("  %d thread%s", c->threads, c->threads == 1 ? "" : "s");
+  if (strcmp(c->group, "threads") == 0) printf("  %d thread%s", c->threads, c->threads == 1 ? "" : "s");
   if (c->single) printf("  single");
   printf("\n");
   fflush(stdout);
@@ -151,7 +152,7 @@ void cli_bench_say_stages(const cli_bench_report *report, const cli_bench_case *
     const cli_bench_result *r = &results[i];
     const cli_bench_count *counted = cli_bench_compare(c, r, m).count;
     for (int k = 0; counted && k < HB_STAGE_COUNT; k++) {
-      double ns = r->ns * r->stage[k], bytes = counted->bytes[k] * (c->single ? 0.5 : 1);
+      double ns = r->ns * r->stage[k], bytes = counted->bytes[k];
       if (!(ns > 0)) continue;
       printf("%-9s %-16s %4d %7d  %-8s %9.1f %10.0f %8.2f %5.1f%% %8.0f %7.1f %6.0f%% L1\n", kind(c),
              c->integrator, c->rods, c->vertices, hb_stage_names[k], ns, counted->operations[k],

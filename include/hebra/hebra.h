@@ -11,4 +11,5 @@
 #include "hebra/scene.h"
 #include "hebra/sim.h"
 #include "hebra/state.h"
+#include "hebra/statics.h"
 #endif

@@ -22,5 +22,15 @@ hb_load_values hb_load_begin(const hb_force_def *def, double t);
 /* Value at vertex slot i, which is at x[3 i]. */
 hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,
                  const double *x);
+/* The same if the vertex were at another place. */
+hb_v3 hb_load_if_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,
+                    const double place[3]);
+
+/* stiffness.c: for statics */
+/* The first load on the rod that is not a function of time and place alone (a follower, a wind), or NULL. */
+const hb_force_def *hb_load_first_moving(const hb_model *model, const hb_rod *rod);
+/* Minus the derivative of the loads' force on each vertex by its own place, row by row: 9 per vertex of the
+ * rod, by central differences of the formulas. False: no load depends on place, and all are 0. */
+bool hb_load_stiffness(const hb_model *model, const hb_rod *rod, double t, const double *x, double *out);
 
 #endif

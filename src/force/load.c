@@ -22,14 +22,19 @@ hb_load_values hb_load_begin(const hb_force_def *def, double t) {
 /* The value at one vertex. */
 hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,
                  const double *x) {
-  if (values->uniform) return values->value;
+  return values->uniform ? values->value : hb_load_if_at(values, model, rod, i, x + 3 * i);
+}
+
+/* The value at one vertex if it were at some place. */
+hb_v3 hb_load_if_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,
+                    const double place[3]) {
   double vars[HB_VAR_COUNT] = {0}, out[3];
   vars[HB_VAR_T] = values->t;
   vars[HB_VAR_S] = model->arc[i];
   vars[HB_VAR_U] = model->arc[i] / rod->length;
   vars[HB_VAR_I] = i - rod->first;
   vars[HB_VAR_L] = rod->length;
-  for (int c = 0; c < 3; c++) vars[HB_VAR_X + c] = x[3 * i + c];
+  for (int c = 0; c < 3; c++) vars[HB_VAR_X + c] = place[c];
   for (int c = 0; c < 3; c++)
     out[c] = values->def->value[c] ? hb_formula_eval(values->def->value[c], vars) : 0;
   return hb_v3_load(out);

@@ -5,19 +5,23 @@
 #include "lane/elastic.h"
 #include "lane/project.h"
 
-/* Rows of an array of one number, or the row before the first lane's of a piece, of one number per lane. */
+/* Component c of the row before row 0 of each lane; before: the same array of the strip before. */
 INLINED lanes row_before(const hb_strip *s, const lanes *a, const lanes *before, int numbers, int c) {
   hb_real in = s->before ? before[numbers * (s->before->rows - 1) + c][HB_LANES - 1] : 0;
   return up(a[numbers * (s->rows - 1) + c], in);
 }
+
+/* And of the row behind the last one. */
 INLINED lanes row_behind(const hb_strip *s, const lanes *a, const lanes *after, int c) {
   return down(a[c], s->after ? after[c][0] : 0);
 }
 
-/* A vector of the edge before row 0, and of the one behind the last row. */
+/* A vector of the edge before row 0. */
 INLINED v3 v3_before(const hb_strip *s, const lanes *a, const lanes *before) {
   return (v3){row_before(s, a, before, 3, 0), row_before(s, a, before, 3, 1), row_before(s, a, before, 3, 2)};
 }
+
+/* Of the edge behind the last row. */
 INLINED v3 v3_behind(const hb_strip *s, const lanes *a, const lanes *after) {
   return (v3){row_behind(s, a, after, 0), row_behind(s, a, after, 1), row_behind(s, a, after, 2)};
 }
@@ -89,11 +93,13 @@ INLINED lanes nearest_angle(lanes angle, lanes target) {
   return angle + R(2 * HB_PI) * turns;
 }
 
-/* d, normal to the unit vector a, carried to b by parallel transport; carry takes out the round-off, too. */
+/* d, normal to the unit vector a, carried to b by parallel transport. */
 INLINED v3 transported(v3 d, v3 a, v3 b) {
   lanes chi = larger(R(1) + v3_dot(a, b), all(R(HB_FOLD_LIMIT)));
   return v3_axpy(d, -(v3_dot(d, b) / chi), v3_add(a, b));
 }
+
+/* The same with the round-off taken out; d itself where the edge turned back. */
 INLINED v3 carried(v3 d, v3 a, v3 b) {
   lane_mask turned_back = R(1) + v3_dot(a, b) <= all(R(HB_FOLD_LIMIT));
   v3 r = transported(d, a, b);
@@ -181,7 +187,7 @@ INLINED void close_turn(hb_strip *s, bool pieces, int r, lanes gradient, lanes d
                         glance *g) {
   lane_mask frees = ((const lanes *)s->free)[r] > none();
   lanes link = ((const lanes *)s->twist_link)[r];
-  lanes right = only(*(const lanes *)s->active > none(), only(frees, -gradient));
+  lanes right = only(frees, -gradient);
   ((lanes *)s->turn_gradient)[r] = gradient;
   g->residual = larger(size_of(only(frees, gradient)), g->residual);
   diagonal = choose(frees, diagonal, all(1));
@@ -251,15 +257,19 @@ INLINED void look_rows(hb_strip *s, bool pieces, bool first) {
   *(lanes *)s->lowest_chi = g.lowest;
 }
 
-/* Back substitution of the turns; the longest one is left in `left`. */
+/* Back substitution of the turns; the longest one is left in `left`. Rods of a bundle that are in equilibrium
+ * wait for the others: they are not turned any more. */
 INLINED void find_turns(hb_strip *s, bool pieces) {
   lanes *right = s->right, u = *(const lanes *)s->sep, ahead = *(const lanes *)s->sep_before;
+  const lane_mask turns = *(const lanes *)s->active > none();
+  if (!pieces) u = only(turns, u);
   lanes longest = size_of(u);
   right[s->rows - 1] = u;
   for (int r = s->rows - 2; r >= 0; r--) {
     u = right[r] - ((const lanes *)s->link)[r + 1] * u;
     if (pieces) u -= ((const lanes *)s->fill)[r] * ahead;
     u *= ((const lanes *)s->inv_pivot)[r];
+    if (!pieces) u = only(turns, u);
     right[r] = u;
     longest = larger(size_of(u), longest);
   }

@@ -19,7 +19,7 @@ typedef struct need {
 /* Rods in the order in which they are bundled. */
 typedef struct candidate {
   int rod, edges;
-  bool twisted, general;
+  bool twisted, general, loaded;
 } candidate;
 
 /* Rods of a kind together, long ones first, then as in the scene. */
@@ -67,7 +67,10 @@ static int divide(const candidate *c, int count, int lanes, hb_unit *units, int 
       units[n].strip_count = strips;
       units[n].twisted = c[at].twisted;
       units[n].general = c[at].general;
-      for (int l = 0; l < size; l++) units[n].rods[l] = c[at + l].rod;
+      for (int l = 0; l < size; l++) {
+        units[n].rods[l] = c[at + l].rod;
+        units[n].loaded = units[n].loaded || c[at + l].loaded;
+      }
     }
     *strip_count += strips;
     at += size;
@@ -76,7 +79,18 @@ static int divide(const candidate *c, int count, int lanes, hb_unit *units, int 
   return n;
 }
 
-/* Numbers of one row of every array. */
+/* Do all rods of a unit carry one twisting moment each, from the first edge to the last? */
+static bool is_uniform(const hb_model *m, const hb_unit *u) {
+  for (int n = 0; n < u->rod_count; n++) {
+    const hb_rod *rod = &m->rods[u->rods[n]];
+    const hb_span *span = &m->spans[rod->first_span];
+    if (rod->span_count != 1 || span->first_edge != rod->first || span->last_edge != rod->first + rod->nv - 2)
+      return false;
+  }
+  return true;
+}
+
+/* Shapes of the strips of a unit. */
 static void shape_strips(const hb_model *m, hb_unit *u, const hb_lane_kernels *k) {
   int edges = m->rods[u->rods[0]].nv - 1, lanes = k->lanes;
   int rows = (edges + lanes - 1) / lanes, first = 0;
@@ -87,6 +101,9 @@ static void shape_strips(const hb_model *m, hb_unit *u, const hb_lane_kernels *k
     s->pieces = u->pieces;
     s->twisted = u->twisted;
     s->general = u->general;
+    s->loaded = u->loaded;
+    s->uniform = u->twisted && is_uniform(m, u);
+    s->relative = m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE;
     s->first_edge = first;
     s->rows = !u->pieces ? edges
                          : (int)((int64_t)rows * (g + 1) / u->strip_count) -
@@ -143,8 +160,17 @@ static size_t reals_of(const hb_strip *s) {
   size_t rows = (size_t)s->rows, sum = 4 * (size_t)s->cut_count;
 #define HB_COUNT(name, extra, numbers, text) sum += (rows + (extra)) * (numbers);
   HB_STRIP_FIELDS(HB_COUNT)
+  if (s->pieces) {
+    HB_STRIP_PIECE_FIELDS(HB_COUNT)
+  }
+  if (s->general || (s->twisted && !s->uniform)) {
+    HB_STRIP_MOMENT_FIELDS(HB_COUNT)
+  }
   if (s->general) {
     HB_STRIP_GENERAL_FIELDS(HB_COUNT)
+  }
+  if (s->loaded) {
+    HB_STRIP_LOAD_FIELDS(HB_COUNT)
   }
 #undef HB_COUNT
 #define HB_COUNT(name, numbers, text) sum += (numbers);
@@ -160,8 +186,17 @@ static void lay_out(hb_strip *s, char **next) {
   s->name = *next;                                                                                           \
   *next += (rows + (extra)) * (numbers)*row;
   HB_STRIP_FIELDS(HB_PLACE)
+  if (s->pieces) {
+    HB_STRIP_PIECE_FIELDS(HB_PLACE)
+  }
+  if (s->general || (s->twisted && !s->uniform)) {
+    HB_STRIP_MOMENT_FIELDS(HB_PLACE)
+  }
   if (s->general) {
     HB_STRIP_GENERAL_FIELDS(HB_PLACE)
+  }
+  if (s->loaded) {
+    HB_STRIP_LOAD_FIELDS(HB_PLACE)
   }
 #undef HB_PLACE
 #define HB_PLACE(name, numbers, text)                                                                        \
@@ -171,14 +206,6 @@ static void lay_out(hb_strip *s, char **next) {
 #undef HB_PLACE
   s->turns = *next;
   *next += 4 * (size_t)s->cut_count * row;
-}
-
-/* Constants of one edge: what row r of a lane needs of it. */
-static void set_edge(const hb_model *m, hb_strip *s, int slot, int row, int lane) {
-  double rest = m->rest_length[slot], inv = m->inv_rest_length[slot];
-  bool relative = m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE;
-  hb_strip_set(s, s->half_rest2, (size_t)row, lane, 0.5 * rest * rest);
-  hb_strip_set(s, s->judge, (size_t)row, lane, 2 * inv * (relative ? inv : 1));
 }
 
 /* May the frame of this edge turn? */
@@ -216,11 +243,14 @@ static void set_constants(const hb_model *m, const hb_unit *u, hb_strip *s) {
       int j = at + r;
       bool edge = j >= 0 && j < last, vertex = j >= 0 && j <= last;
       hb_strip_set(s, s->inv_rest, (size_t)(r + 1), l, edge ? m->inv_rest_length[rod->first + j] : 1);
-      if (edge && r >= 0 && r < s->rows) set_edge(m, s, rod->first + j, r, l);
+      if (edge && r >= 0 && r < s->rows) {
+        double rest = m->rest_length[rod->first + j];
+        hb_strip_set(s, s->half_rest2, (size_t)r, l, 0.5 * rest * rest);
+      }
       if (!vertex || r < 0) continue;
       hb_strip_set(s, s->mobility, (size_t)r, l, m->inv_mass[3 * (rod->first + j)]);
-      hb_strip_set(s, s->mass, (size_t)r, l, m->mass[rod->first + j]);
-      hb_strip_set(s, s->weight, (size_t)r, l, m->weight[rod->first + j]);
+      if (s->loaded) hb_strip_set(s, s->mass, (size_t)r, l, m->mass[rod->first + j]);
+      if (s->loaded) hb_strip_set(s, s->weight, (size_t)r, l, m->weight[rod->first + j]);
       if (s->general) set_general(m, s, rod, j, r, l);
       if (j > 0 && j < last) hb_strip_set(s, s->bend_gain, (size_t)r, l, m->bend_gain[rod->first + j]);
     }
@@ -234,17 +264,6 @@ static void count_full_rows(const hb_model *m, const hb_unit *u, hb_strip *s) {
     int edges = edges_in_lane(m, u, s, l);
     if (edges < s->full_rows) s->full_rows = edges;
   }
-}
-
-/* Do all rods of a unit carry one twisting moment each, from the first edge to the last? */
-static bool is_uniform(const hb_model *m, const hb_unit *u) {
-  for (int n = 0; n < u->rod_count; n++) {
-    const hb_rod *rod = &m->rods[u->rods[n]];
-    const hb_span *span = &m->spans[rod->first_span];
-    if (rod->span_count != 1 || span->first_edge != rod->first || span->last_edge != rod->first + rod->nv - 2)
-      return false;
-  }
-  return true;
 }
 
 /* Counts, allocates, lays out: strips have their shapes, marks is as long as the longest. */
@@ -281,7 +300,6 @@ static hb_status build(const hb_model *m, hb_lane_plan *plan, hb_strip *strips, 
       s->cuts = cut;
       cut += list_cuts(m, u, s, marks, s->cuts);
       count_full_rows(m, u, s);
-      s->uniform = u->twisted && is_uniform(m, u);
       set_constants(m, u, s);
     }
     for (int n = 0; n < u->rod_count; n++) plan->unit_of[u->rods[n]] = k;
@@ -339,7 +357,8 @@ hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted
   for (int r = 0; r < model->rod_count; r++)
     if (wanted[r]) {
       const hb_rod *rod = &model->rods[r];
-      list[count++] = (candidate){r, rod->nv - 1, rod->closed_form && !rod->twist_free, !rod->closed_form};
+      list[count++] = (candidate){r, rod->nv - 1, rod->closed_form && !rod->twist_free, !rod->closed_form,
+                                  wanted[r] == HB_WANTED_LOADED};
     }
   qsort(list, (size_t)count, sizeof *list, by_kind_and_size);
   hb_status status = fill_plan(model, plan, list, count, err);

@@ -6,6 +6,11 @@
 #include "lane/strip.h"
 #include "math/rotation.h"
 
+/* Rods that know nothing of each other may each take some steps before the next one's turn: their numbers
+ * stay in the cache. At most so many. */
+#define HB_BLOCK_STEPS 16
+#define HB_WANTED_LOADED 2
+
 /* What takes its steps together: a bundle of rods in the lanes of one strip, or one rod cut into pieces. */
 typedef struct hb_unit {
   hb_strip *strips;
@@ -15,8 +20,10 @@ typedef struct hb_unit {
   bool pieces;
   bool twisted; /* closed form, with a twisting moment */
   bool general;
-  double tally[HB_S_COUNT]; /* what this step adds to the totals of the state */
-  double length_error;      /* of this step */
+  bool loaded;   /* loads act on some rod of it */
+  double *tally; /* what this step adds to the totals of the state: a row of tallies */
+  double tallies[HB_BLOCK_STEPS][HB_S_COUNT], length_errors[HB_BLOCK_STEPS]; /* of the steps of a block */
+  double length_error;                                                       /* of this step */
   bool finite;
   int fresh; /* > 0: came from a state in which somebody may have moved held vertices. They are back in their
               * places after one step and at rest after two. */
@@ -33,7 +40,8 @@ typedef struct hb_lane_plan {
   size_t bytes;
 } hb_lane_plan;
 
-/* Plans the rods with wanted[rod] != 0. *out NULL if there are none. */
+/* Plans the rods with wanted[rod] != 0; HB_WANTED_LOADED if loads act on them. *out NULL if there are none.
+ */
 hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted,
                               const hb_lane_kernels *kernels, hb_lane_plan **out, hb_error *err);
 void hb_lane_plan_free(hb_lane_plan *plan);

@@ -36,6 +36,13 @@ typedef struct rows_of {
   bool pieces, along, rates;
 } rows_of;
 
+/* What makes (|e|^2 - |e-bar|^2)/2 of row r the length error that the tolerance speaks of: 2/|e-bar|^2 or
+ * 2/|e-bar|. */
+INLINED lanes judge_of(const hb_strip *s, int r) {
+  lanes inv = ((const lanes *)s->inv_rest)[r + 1];
+  return R(2) * inv * (s->relative ? inv : all(1));
+}
+
 /* Right-hand side of row r: what the length, or its rate, is off by. */
 INLINED lanes wanted(const rows_of *q, int r, v3 e, bool tail, chain *c) {
   const hb_strip *s = q->s;
@@ -45,7 +52,7 @@ INLINED lanes wanted(const rows_of *q, int r, v3 e, bool tail, chain *c) {
   }
   lanes off = R(0.5) * v3_dot(e, e) - ((const lanes *)s->half_rest2)[r];
   if (tail) off = only(real_edges(s, r), off);
-  lanes size = size_of(off) * ((const lanes *)s->judge)[r];
+  lanes size = size_of(off) * judge_of(s, r);
   /* not-a-number stays */
   c->worst = choose((c->worst >= size) | (c->worst != c->worst), c->worst, size);
   return off;
@@ -176,7 +183,7 @@ INLINED v3 move_vertex(const effect *q, int r, v3 before, v3 after) {
 /* What is left of the length of edge r after its ends have moved: |delta e|^2/2, the rest was linear. */
 INLINED lanes left_of(const hb_strip *s, int r, v3 near, v3 far) {
   v3 change = v3_sub(far, near);
-  return only(real_edges(s, r), R(0.5) * v3_dot(change, change) * ((const lanes *)s->judge)[r]);
+  return only(real_edges(s, r), R(0.5) * v3_dot(change, change) * judge_of(s, r));
 }
 
 /* Back substitution from the last row to the first, each vertex moved when both its edges are known. */
@@ -416,7 +423,7 @@ static void join_spread(hb_strip *s, bool along) {
     sum += change * change;
   }
   lanes *left = s->left;
-  hb_real here = R(0.5) * sum * ((const lanes *)s->judge)[top][w];
+  hb_real here = R(0.5) * sum * judge_of(s, top)[w];
   if (!((*left)[w] >= here)) (*left)[w] = here;
 }
 

@@ -26,18 +26,24 @@
   F(lambda_old, 0, 1, "the same at the start of the step, a first guess for schemes that use one")           \
   F(mobility, 1, 1, "1/mass, 0 for a prescribed vertex")                                                     \
   F(half_rest2, 0, 1, "|e-bar|^2/2")                                                                         \
-  F(judge, 0, 1, "what makes (|e|^2 - |e-bar|^2)/2 the length error that the tolerance speaks of")           \
   F(inv_rest, 2, 1, "1/|e-bar|; row 0 belongs to the edge before the first, row K + 1 to the one behind")    \
   F(bend_gain, 1, 1, "8 alpha/l, 0 where nothing bends")                                                     \
-  F(moment, 1, 1, "twisting moment at the vertices of twisted rods")                                         \
   F(inv_pivot, 0, 1, "1/pivot of the elimination")                                                           \
   F(link, 0, 1, "entry by which the row before needs this row's unknown")                                    \
   F(right, 0, 1, "right-hand sides, then unknowns")                                                          \
-  F(fill, 0, 1, "entry by which a row needs the unknown in front of its piece")                              \
-  F(v_old, 1, 3, "velocities at the start of the step")                                                      \
+  F(v_old, 1, 3, "velocities at the start of the step")
+
+/* The same where loads act. */
+#define HB_STRIP_LOAD_FIELDS(F)                                                                              \
   F(load, 1, 3, "the part of f that comes from loads, whose work is booked")                                 \
   F(mass, 1, 1, "mass; 0 for phantoms, and for them only")                                                   \
   F(weight, 1, 1, "length that belongs to a vertex")
+
+/* The same for pieces only. */
+#define HB_STRIP_PIECE_FIELDS(F) F(fill, 0, 1, "entry by which a row needs the unknown in front of its piece")
+
+/* The same where twisting moments differ from vertex to vertex. */
+#define HB_STRIP_MOMENT_FIELDS(F) F(moment, 1, 1, "twisting moment at the vertices")
 
 /* The same for strips of general rods only. */
 #define HB_STRIP_GENERAL_FIELDS(F)                                                                           \
@@ -98,7 +104,9 @@ typedef struct hb_strip {
   bool twisted;                  /* some rod of it carries a twisting moment */
   bool general;                  /* its rods are anisotropic or curved at rest */
   bool uniform;                  /* twisted: every rod of it has one moment from end to end */
+  bool loaded;                   /* loads act on some rod of it */
   bool windy, damped;            /* some lane's rod meets drag, mass damping as a uniform load */
+  bool relative;                 /* length errors are judged relative to the rest length */
   const struct hb_strip *before; /* neighbours along the same rod, NULL at its ends */
   const struct hb_strip *after;
   int *cuts; /* twisted: rows where a product of transports ends, ascending; the last is K - 1 */
@@ -106,7 +114,10 @@ typedef struct hb_strip {
   void *turns; /* 4 per cut: the products as quaternions, real part first */
 #define HB_DECLARE(name, extra, numbers, text) void *name;
   HB_STRIP_FIELDS(HB_DECLARE)
+  HB_STRIP_PIECE_FIELDS(HB_DECLARE)
+  HB_STRIP_MOMENT_FIELDS(HB_DECLARE)
   HB_STRIP_GENERAL_FIELDS(HB_DECLARE)
+  HB_STRIP_LOAD_FIELDS(HB_DECLARE)
 #undef HB_DECLARE
 #define HB_DECLARE(name, numbers, text) void *name;
   HB_STRIP_RECORDS(HB_DECLARE)

@@ -166,13 +166,33 @@ static void store3(const hb_strip *s, lane_of l, int lane, const void *from, dou
   fetch(s, from, 0, lane, 3 * count, to + 3 * (l.rod->first + l.first));
 }
 
-/* Frames and twist of general rods. */
-static void load_frames(const hb_strip *s, lane_of l, int lane, const hb_state *state) {
+/* The tangent of the edge in slot k. */
+static hb_v3 tangent_of(const double *x, int k) {
+  hb_v3 e = hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k));
+  double length = sqrt(hb_v3_dot(e, e));
+  return (hb_v3){e.x / length, e.y / length, e.z / length};
+}
+
+/* The director of the edge in slot k. In lanes it belongs to the edge as it is; in a state that somebody has
+ * written to it may belong to another tangent, from which it has to come over. */
+static hb_v3 director_of(const hb_state *state, int k) {
+  hb_v3 d = hb_v3_load(state->m1 + 3 * k), was = hb_v3_load(state->tangent + 3 * k),
+        is = tangent_of(state->x, k);
+  return was.x == is.x && was.y == is.y && was.z == is.z ? d : hb_carry(d, was, is);
+}
+
+/* Frames and twist of general rods. follow: the state's positions are those that the lanes get, too. */
+static void load_frames(const hb_strip *s, lane_of l, int lane, const hb_state *state, bool follow) {
   int edges = edges_in(s, l), slot = l.rod->first + l.first, rest = s->rows - edges;
   int from = l.first == 0, to = edges < s->rows ? edges : l.first + s->rows < l.last ? s->rows + 1 : s->rows;
   put(s, s->spin, 0, lane, edges, state->spin + slot);
   wipe(s, s->spin, (size_t)edges, lane, rest);
   put(s, s->m1, 0, lane, 3 * edges, state->m1 + 3 * slot);
+  for (int r = 0; follow && r < edges; r++) {
+    double d[3];
+    hb_v3_store(d, director_of(state, slot + r));
+    put(s, s->m1, 3 * (size_t)r, lane, 3, d);
+  }
   wipe(s, s->m1, 3 * (size_t)edges, lane, 3 * rest);
   wipe(s, s->twist, 0, lane, s->rows + 1); /* of ends and phantoms */
   if (to > from) put(s, s->twist, (size_t)from, lane, to - from, state->twist + slot + from);
@@ -186,18 +206,10 @@ static void store_frames(const hb_strip *s, lane_of l, int lane, hb_state *state
   fetch(s, s->spin, 0, lane, edges, state->spin + slot);
   fetch(s, s->twist, 0, lane, edges, state->twist + slot);
   if (l.first == 0) state->twist[slot] = 0;
-  double near[3], far[3];
-  fetch(s, s->x, 0, lane, 3, near);
   for (int r = 0; r < edges; r++) {
-    double t[3], sum = 0;
-    fetch(s, s->x, 3 * (size_t)r + 3, lane, 3, far);
-    for (int c = 0; c < 3; c++) {
-      t[c] = far[c] - near[c];
-      sum += t[c] * t[c];
-      near[c] = far[c];
-    }
-    double length = sqrt(sum);
-    for (int c = 0; c < 3; c++) state->tangent[3 * (slot + r) + c] = t[c] / length;
+    double x[6];
+    fetch(s, s->x, 3 * (size_t)r, lane, 6, x);
+    hb_v3_store(state->tangent + 3 * (slot + r), tangent_of(x, 0));
   }
 }
 
@@ -206,7 +218,7 @@ void hb_unit_load_frames(const hb_model *model, const hb_state *state, hb_unit *
   for (int g = 0; g < unit->strip_count; g++)
     for (int lane = 0; lane < unit->strips[g].lanes; lane++)
       if (unit->pieces || lane == n || (n == 0 && lane >= unit->rod_count))
-        load_frames(&unit->strips[g], describe(model, unit, &unit->strips[g], lane), lane, state);
+        load_frames(&unit->strips[g], describe(model, unit, &unit->strips[g], lane), lane, state, false);
 }
 
 /* And back. */
@@ -226,8 +238,8 @@ void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit) {
       load3(s, l, lane, state->x, s->x, false);
       load3(s, l, lane, state->v, s->v, true);
       load3(s, l, lane, state->force, s->f, true);
-      load3(s, l, lane, state->load, s->load, true);
-      if (s->general) load_frames(s, l, lane, state);
+      if (s->loaded) load3(s, l, lane, state->load, s->load, true);
+      if (s->general) load_frames(s, l, lane, state, true);
       int edges = edges_in(s, l);
       put(s, s->lambda, 0, lane, edges, state->lambda + l.rod->first + l.first);
       wipe(s, s->lambda, (size_t)edges, lane, s->rows - edges);
@@ -244,7 +256,7 @@ void hb_unit_store(const hb_model *model, hb_state *state, const hb_unit *unit) 
       store3(s, l, lane, s->x, state->x);
       store3(s, l, lane, s->v, state->v);
       store3(s, l, lane, s->f, state->force);
-      store3(s, l, lane, s->load, state->load);
+      if (s->loaded) store3(s, l, lane, s->load, state->load);
       if (s->general) store_frames(s, l, lane, state);
       fetch(s, s->lambda, 0, lane, edges_in(s, l), state->lambda + l.rod->first + l.first);
     }

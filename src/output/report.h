@@ -3,6 +3,7 @@
 #define HB_OUTPUT_REPORT_H
 
 #include "hebra/output.h"
+#include "hebra/statics.h"
 
 #define HB_REPORT_SENTENCE 400
 
@@ -18,6 +19,10 @@ typedef struct hb_report_facts {
  * balance. start, end: frames measured at the beginning and the end. */
 hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *start, const hb_frame *end,
                           const hb_report_facts *facts, hb_error *err);
+
+/* The same for an equilibrium, whose frame is measured by hb_sim_measure_equilibrium. */
+hb_status hb_report_equilibrium(const char *path, const hb_model *model, const hb_frame *frame,
+                                const hb_equilibrium *found, double wall_seconds, hb_error *err);
 
 /* A sentence if the time step is above the stable step of the model (hb_model_stable_step). False: it is not,
  * and text is empty. */

@@ -178,19 +178,23 @@ void hb_sim_measure(hb_sim *sim, hb_frame *frame) {
 
 /* What measuring needs beyond the workspaces of a rod. */
 hb_status hb_measure_init(hb_measure *probe, const hb_model *model, hb_rod_work *rod_work,
-                          hb_project_work *project_work, hb_error *err) {
+                          hb_project_work *project_work, double *acceleration, double *lambda,
+                          hb_error *err) {
   size_t nv = (size_t)model->nv;
   probe->model = model;
   probe->rod_work = rod_work;
   probe->project_work = project_work;
-  probe->acceleration = hb_alloc(4 * nv, sizeof *probe->acceleration);
-  if (!probe->acceleration) return hb_fail_memory(err, "arrays for measuring");
-  probe->lambda = probe->acceleration + 3 * nv;
+  probe->acceleration = acceleration;
+  probe->lambda = lambda;
+  if (acceleration) return HB_OK;
+  probe->own = probe->acceleration = hb_alloc(4 * nv, sizeof *probe->own);
+  if (!probe->own) return hb_fail_memory(err, "arrays for measuring");
+  probe->lambda = probe->own + 3 * nv;
   return HB_OK;
 }
 
 /* Not the workspaces. */
-void hb_measure_release(hb_measure *probe) { hb_free(probe->acceleration); }
+void hb_measure_release(hb_measure *probe) { hb_free(probe->own); }
 
 /* A measure that stands alone, with its workspaces beside it. */
 typedef struct own_measure {
@@ -206,7 +210,8 @@ hb_status hb_measure_create(const hb_model *model, hb_measure **out, hb_error *e
   if (!own) return hb_fail_memory(err, "arrays for measuring");
   hb_status status = hb_rod_work_create(model, &own->rod_work, err);
   if (!status) status = hb_project_work_create(model, &own->project_work, err);
-  if (!status) status = hb_measure_init(&own->measure, model, &own->rod_work, &own->project_work, err);
+  if (!status)
+    status = hb_measure_init(&own->measure, model, &own->rod_work, &own->project_work, NULL, NULL, err);
   if (status)
     hb_measure_free(&own->measure);
   else

@@ -30,7 +30,8 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
   if (!status) status = hb_state_create(model, &sim->state, err);
   if (!status) status = hb_stepper_init(&sim->stepper, model, sim->state, hb_force_terms, err);
   if (!status)
-    status = hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work, err);
+    status = hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work,
+                             sim->stepper.v_predicted, sim->stepper.x_old, err);
   if (!status) status = hb_sim_start(sim, err);
   if (!status) status = hb_stepper_use_lanes(&sim->stepper, err);
   if (status) {
@@ -82,7 +83,7 @@ size_t hb_sim_memory(const hb_sim *sim) {
   size_t stepper = (9 + (sim->model->any_follower ? 3 : 0)) * n * sizeof(double);
   size_t lanes = sim->stepper.plan ? sim->stepper.plan->bytes : 0;
   return lanes + sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes +
-         sim->stepper.project_work.bytes + stepper + 4 * n * sizeof(double);
+         sim->stepper.project_work.bytes + stepper;
 }
 
 /* 0 switches the clocks off. */

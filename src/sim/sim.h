@@ -13,9 +13,11 @@ struct hb_measure {
   hb_project_work *project_work;
   double *acceleration; /* 3 per slot: of prescribed coordinates */
   double *lambda;       /* per slot: multipliers at the instant */
+  double *own;          /* both, where they are not borrowed */
 };
+/* acceleration, lambda: 3 and 1 per slot, borrowed, or NULL. */
 hb_status hb_measure_init(hb_measure *probe, const hb_model *model, hb_rod_work *rod_work,
-                          hb_project_work *project_work, hb_error *err);
+                          hb_project_work *project_work, double *acceleration, double *lambda, hb_error *err);
 void hb_measure_release(hb_measure *probe); /* of an initialised or zeroed one */
 
 struct hb_sim {

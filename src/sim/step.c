@@ -31,30 +31,52 @@ static hb_status check_finite(const hb_sim *sim, hb_error *err) {
   return HB_OK;
 }
 
-/* Time, step count and length error after a step; not-a-number ends the run. */
-static hb_status watch(hb_sim *sim, double h, hb_error *err) {
+/* Time, step count and length error after some steps; not-a-number ends the run. */
+static hb_status watch(hb_sim *sim, double h, int steps, hb_error *err) {
   hb_state *state = sim->state;
-  state->scalar[HB_S_STEP] += 1;
+  state->scalar[HB_S_STEP] += steps;
   state->scalar[HB_S_TIME] = state->scalar[HB_S_STEP] * h;
   state->scalar[HB_S_LENGTH_ERROR] = sim->stepper.length_error;
-  if (sim->stepper.length_error > state->scalar[HB_S_WORST_LENGTH])
-    state->scalar[HB_S_WORST_LENGTH] = sim->stepper.length_error;
+  if (sim->stepper.worst_error > state->scalar[HB_S_WORST_LENGTH])
+    state->scalar[HB_S_WORST_LENGTH] = sim->stepper.worst_error;
   return check_finite(sim, err);
 }
 
-/* One step of the model's time step. */
-hb_status hb_sim_step(hb_sim *sim, hb_error *err) {
+/* Some steps at once, at most HB_BLOCK_STEPS. Only a step that is taken alone is timed. */
+static hb_status take_block(hb_sim *sim, int steps, hb_error *err) {
   double h = sim->model->def->method.time_step;
   long step = (long)sim->state->scalar[HB_S_STEP];
   hb_error inner = {HB_OK, ""};
 
-  sim->stepper.timed = sim->time_every > 0 && step % sim->time_every == 0;
-  sim->stepper.length_error = 0;
+  sim->stepper.block = steps;
+  sim->stepper.timed = steps == 1 && sim->time_every > 0 && step % sim->time_every == 0;
   sim->steps_timed += sim->stepper.timed;
-  sim->steps_taken++;
+  sim->steps_taken += steps;
 
   hb_status status = sim->integrator->step(&sim->stepper, h, &inner);
-  if (!status) status = watch(sim, h, &inner);
+  if (!status) status = watch(sim, h, steps, &inner);
   if (!status) return HB_OK;
-  return hb_fail(err, status, "step %ld (t = %.9g): %s", step + 1, (double)(step + 1) * h, inner.text);
+  step += sim->stepper.failed_step + 1;
+  return hb_fail(err, status, "step %ld (t = %.9g): %s", step, (double)step * h, inner.text);
+}
+
+/* One step. */
+hb_status hb_sim_step(hb_sim *sim, hb_error *err) { return take_block(sim, 1, err); }
+
+/* Several: in blocks that end where a step is to be timed. */
+hb_status hb_sim_advance(hb_sim *sim, long count, hb_error *err) {
+  bool blocks = hb_stepper_may_block(&sim->stepper);
+  hb_status status = HB_OK;
+  while (count > 0 && !status) {
+    long step = (long)sim->state->scalar[HB_S_STEP], block = blocks ? count : 1;
+    if (block > HB_BLOCK_STEPS) block = HB_BLOCK_STEPS;
+    if (sim->time_every > 0) {
+      long to_timed = sim->time_every - step % sim->time_every;
+      if (step % sim->time_every == 0) to_timed = 1;
+      if (block > to_timed) block = to_timed;
+    }
+    status = take_block(sim, (int)block, err);
+    count -= block;
+  }
+  return status;
 }

@@ -679,13 +679,24 @@ static bool is_finite(const hb_unit *u) {
   return isfinite(sum);
 }
 
+/* The same of a unit whose rods have been stepped one by one: what the state says. */
+static bool state_is_finite(const hb_stepper *s, const hb_unit *u) {
+  double sum = 0;
+  for (int n = 0; n < u->rod_count; n++) {
+    const hb_rod *rod = &s->model->rods[u->rods[n]];
+    for (int k = 3 * rod->first; k < 3 * (rod->first + rod->nv); k++)
+      sum += s->state->force[k] + s->state->v[k];
+  }
+  return isfinite(sum);
+}
+
 /* The step once more, rod by rod, from where it began. */
 static hb_status step_rods(const journey *j, hb_rod_step step_rod, hb_error *err) {
   hb_stepper *s = j->s;
   hb_unit *u = j->u;
   hb_status status = HB_OK;
   turn_over(j);
-  memset(u->tally, 0, sizeof u->tally);
+  memset(u->tally, 0, HB_S_COUNT * sizeof *u->tally);
   u->length_error = 0;
   hb_unit_store(s->model, s->state, u);
   s->length_error = 0;
@@ -693,13 +704,13 @@ static hb_status step_rods(const journey *j, hb_rod_step step_rod, hb_error *err
     status = step_rod(s, &s->model->rods[u->rods[n]], j->t, j->h, err);
   hb_unit_load(s->model, s->state, u);
   u->length_error = s->length_error;
-  u->finite = false; /* not known: let the state be looked through */
+  u->finite = state_is_finite(s, u);
   return status;
 }
 
 /* Beginning of a step. */
 static void begin(const journey *j) {
-  memset(j->u->tally, 0, sizeof j->u->tally);
+  memset(j->u->tally, 0, HB_S_COUNT * sizeof *j->u->tally);
   j->u->length_error = 0;
   hb_stepper_begin(j->s);
   keep_support_forces(j);

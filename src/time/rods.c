@@ -16,8 +16,9 @@ struct hb_lane_worker {
   hb_rod_work rod_work;
   hb_project_work project_work;
   hb_error err;
-  int failed; /* first unit that failed in this worker, or -1 */
-  hb_status status;
+  int failed;       /* unit whose step failed earliest in this worker, or -1 */
+  int failed_step;  /* and in which step of the block */
+  hb_status status; /* HB_OK: a number was not finite */
 };
 
 /* Is everything about this rod known to the lanes? */
@@ -80,19 +81,23 @@ hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
                                                        m->def->method.lanes == HB_LANES_PORTABLE);
   unsigned char *wanted = hb_alloc((size_t)m->rod_count, 1);
   if (!wanted) return hb_fail_memory(err, "rods in lanes");
-  for (int r = 0; r < m->rod_count; r++) wanted[r] = fits_lanes(s, &m->rods[r]);
+  for (int r = 0; r < m->rod_count; r++) {
+    if (fits_lanes(s, &m->rods[r])) wanted[r] = s->active[r] ? HB_WANTED_LOADED : 1;
+  }
   hb_status status = hb_lane_plan_create(m, wanted, kernels, &s->plan, err);
   hb_free(wanted);
   if (!status && s->plan) status = create_workers(s, err);
   return status;
 }
 
-/* One unit to the state, and from it. */
+/* One unit to the state. */
 static void store_unit(void *context, int index, int worker) {
   hb_stepper *s = context;
   (void)worker;
   hb_unit_store(s->model, s->state, &s->plan->units[index]);
 }
+
+/* The other way. */
 static void load_unit(void *context, int index, int worker) {
   hb_stepper *s = context;
   (void)worker;
@@ -121,31 +126,45 @@ static void load_lanes(hb_stepper *s) {
 }
 
 /* What a unit's step adds to the totals. */
-static void add_tally(hb_stepper *s, const hb_unit *u) {
+static void add_tally(hb_stepper *s, const hb_unit *u, int step) {
   double *total = s->state->scalar;
+  const double *tally = u->tallies[step];
   for (int k = 0; k < HB_S_COUNT; k++)
-    if (k != HB_S_FOLD_SLOT) total[k] += u->tally[k];
-  if (u->tally[HB_S_FOLDS] > 0) total[HB_S_FOLD_SLOT] = u->tally[HB_S_FOLD_SLOT];
-  if (u->length_error > s->length_error) s->length_error = u->length_error;
-  s->lanes_finite = s->lanes_finite && u->finite;
+    if (k != HB_S_FOLD_SLOT) total[k] += tally[k];
+  if (tally[HB_S_FOLDS] > 0) total[HB_S_FOLD_SLOT] = tally[HB_S_FOLD_SLOT];
+  if (u->length_errors[step] > s->length_error) s->length_error = u->length_errors[step];
 }
 
-/* A step of all units. */
+/* A block of steps of all units. */
 typedef struct units_step {
   hb_stepper *s;
-  double t, h;
+  double h;
+  long from; /* steps done before */
   const hb_scheme *scheme;
 } units_step;
 
-/* One unit by a worker. The pool is the worker's only where the unit is all that goes on. */
+/* One unit by a worker, all steps of the block. The pool is the worker's only where the unit is all that goes
+ * on. A worker remembers its first failure: of the earliest step, then of the first unit. */
 static void step_unit(const units_step *step, int index, int worker, bool alone) {
   hb_unit *u = &step->s->plan->units[index];
   hb_lane_worker *w = &step->s->workers[worker];
-  if (w->failed >= 0) return;
   w->stepper.pool = alone ? step->s->pool : NULL;
-  w->state.scalar = u->tally;
-  w->status = step->scheme->step_lanes(&w->stepper, u, step->t, step->h, step->scheme->step_rod, &w->err);
-  if (w->status) w->failed = index;
+  for (int k = 0; k < step->s->block; k++) {
+    hb_error err = {HB_OK, ""};
+    if (w->failed >= 0 && k >= w->failed_step) return;
+    u->tally = u->tallies[k];
+    w->stepper.values = step->s->values + k * step->s->model->def->force_count;
+    w->state.scalar = u->tally;
+    double t = (double)(step->from + k + 1) * step->h;
+    hb_status status = step->scheme->step_lanes(&w->stepper, u, t, step->h, step->scheme->step_rod, &err);
+    u->length_errors[k] = u->length_error;
+    if (!status && u->finite) continue;
+    w->failed = index;
+    w->failed_step = k;
+    w->status = status;
+    w->err = err;
+    return;
+  }
 }
 
 /* As the pool wants it: units that are not shared. */
@@ -170,23 +189,41 @@ static void ready_workers(hb_stepper *s) {
   }
 }
 
-/* Long rods one after the other, each by all threads; the others side by side. The first failure counts. */
-static hb_status step_units(hb_stepper *s, double t, double h, const hb_scheme *scheme, hb_error *err) {
-  units_step step = {s, t, h, scheme};
+/* Long rods one after the other, each by all threads; the others side by side. The earliest failure counts.
+ */
+static hb_status step_units(hb_stepper *s, double h, const hb_scheme *scheme, hb_error *err) {
+  units_step step = {s, h, (long)s->state->scalar[HB_S_STEP], scheme};
   ready_workers(s);
   for (int k = 0; k < s->plan->unit_count; k++)
     if (s->plan->units[k].strip_count >= HB_SHARED_STRIPS) step_unit(&step, k, 0, true);
   hb_pool_run(s->pool, s->plan->unit_count, step_small_unit, &step);
   const hb_lane_worker *first = NULL;
-  for (int k = 0; k < hb_pool_threads(s->pool); k++)
-    if (s->workers[k].failed >= 0 && (!first || s->workers[k].failed < first->failed)) first = &s->workers[k];
+  for (int k = 0; k < hb_pool_threads(s->pool); k++) {
+    const hb_lane_worker *w = &s->workers[k];
+    if (w->failed >= 0 && (!first || w->failed_step < first->failed_step ||
+                           (w->failed_step == first->failed_step && w->failed < first->failed)))
+      first = w;
+  }
   memcpy(s->stage_seconds, s->workers->stepper.stage_seconds, sizeof s->stage_seconds);
   if (first) {
-    if (err) *err = first->err;
+    s->failed_step = first->failed_step;
+    s->lanes_finite = first->status != HB_OK;
+    if (err && first->status) *err = first->err;
     return first->status;
   }
-  for (int k = 0; k < s->plan->unit_count; k++) add_tally(s, &s->plan->units[k]);
+  for (int k = 0; k < s->block; k++) {
+    s->length_error = 0;
+    for (int n = 0; n < s->plan->unit_count; n++) add_tally(s, &s->plan->units[n], k);
+    if (s->length_error > s->worst_error) s->worst_error = s->length_error;
+  }
   return HB_OK;
+}
+
+/* May several steps be taken at once? */
+bool hb_stepper_may_block(const hb_stepper *s) {
+  for (int r = 0; r < s->model->rod_count; r++)
+    if (!s->plan || s->plan->unit_of[r] < 0) return false;
+  return true;
 }
 
 /* Lanes first, then the others in their order. */
@@ -194,13 +231,16 @@ hb_status hb_step_rods(hb_stepper *s, double h, const hb_scheme *scheme, hb_erro
   double t = (s->state->scalar[HB_S_STEP] + 1) * h;
   hb_status status = HB_OK;
   s->lanes_finite = true;
+  s->length_error = s->worst_error = 0;
+  s->failed_step = 0;
   if (s->plan) {
     load_lanes(s);
     s->state_current = false;
-    hb_stepper_look_at_forces(s, t);
-    status = step_units(s, t, h, scheme, err);
+    hb_stepper_look_at_forces(s, h);
+    status = step_units(s, h, scheme, err);
   }
   for (int r = 0; !status && r < s->model->rod_count; r++)
     if (!s->plan || s->plan->unit_of[r] < 0) status = scheme->step_rod(s, &s->model->rods[r], t, h, err);
+  if (s->length_error > s->worst_error) s->worst_error = s->length_error;
   return status;
 }

@@ -7,18 +7,23 @@
 
 #include <string.h>
 
-/* Loads whose formulas depend on time alone: what they are at time t. */
-void hb_stepper_look_at_forces(hb_stepper *s, double t) {
-  const hb_force_def *forces = s->model->def->forces;
-  for (int k = 0; k < s->model->def->force_count; k++)
-    if (s->values[k].uniform) hb_v3_store(s->values[k].value, hb_load_begin(&forces[k], t).value);
+/* Loads whose formulas depend on time alone: what they are at the ends of the steps to come. */
+void hb_stepper_look_at_forces(hb_stepper *s, double h) {
+  int count = s->model->def->force_count;
+  for (int step = 0; step < s->block; step++)
+    for (int k = 0; k < count; k++) {
+      hb_force_value *value = &s->values[step * count + k];
+      double t = (s->state->scalar[HB_S_STEP] + step + 1) * h;
+      if (value->uniform) hb_v3_store(value->value, hb_load_begin(&s->model->def->forces[k], t).value);
+    }
 }
 
 /* Which terms act on which rod, which of them as a uniform load, and which rods feel forces that depend on
  * velocity. */
 static void list_terms(hb_stepper *s) {
-  for (int k = 0; k < s->model->def->force_count; k++)
-    s->values[k].uniform = hb_load_is_uniform(&s->model->def->forces[k]);
+  int count = s->model->def->force_count;
+  for (int k = 0; k < HB_BLOCK_STEPS * count; k++)
+    s->values[k].uniform = hb_load_is_uniform(&s->model->def->forces[k % count]);
   for (int r = 0; r < s->model->rod_count; r++) {
     const hb_rod *rod = &s->model->rods[r];
     for (int k = 0; s->terms[k] && k < HB_TERMS_MAX; k++) {
@@ -51,7 +56,7 @@ hb_status hb_stepper_init(hb_stepper *s, const hb_model *model, hb_state *state,
   s->rates = hb_alloc((size_t)model->rod_count, sizeof *s->rates);
   s->active = hb_alloc((size_t)model->rod_count, sizeof *s->active);
   s->uniform = hb_alloc((size_t)model->rod_count, sizeof *s->uniform);
-  s->values = hb_alloc((size_t)model->def->force_count, sizeof *s->values);
+  s->values = hb_alloc(HB_BLOCK_STEPS * (size_t)model->def->force_count, sizeof *s->values);
   if (model->any_follower) s->follower_m1 = hb_alloc(n, sizeof *s->follower_m1);
   if (!s->x_old || !s->v_old || !s->v_predicted || !s->force_old || !s->torque_old || !s->rates ||
       !s->active || !s->uniform || !s->values || (model->any_follower && !s->follower_m1))

@@ -14,7 +14,8 @@ check "no other group" test "$(grep -c '^\(many\|start\|output\):' <<<"$out")" =
 
 run "$HEBRA" bench --json --quick --sizes 60
 wants 0
-check "all groups" judge '[s["group"] for s in b["steps"]] == 4 * ["one"] + 12 * ["many"] and len(b["start"]) == 5 and
+check "all groups" judge '[s["group"] for s in b["steps"] if s["group"] != "threads"] ==
+  4 * ["one"] + 12 * ["many"] + 8 * ["precision"] and len(b["start"]) == 5 and
   len(b["output"]) == 3'
 check "the machine" judge 'b["machine"]["gflops_double"] > 0.05 and b["machine"]["processors"] > 0 and
   0 < b["machine"]["core_share"] < 1.05 and
@@ -22,16 +23,22 @@ check "the machine" judge 'b["machine"]["gflops_double"] > 0.05 and b["machine"]
 check "one rod of 60 vertices" judge 'all(s["vertices"] == 60 and s["rods"] == 1 for s in b["steps"][:4])'
 check "shapes of many rods" judge '[(s["rods"], s["vertices"], s["vertices_in_all"]) for s in b["steps"]][4:7] ==
   [(1000, 50, 50000), (100, 100, 10000), (1000, None, 49976)]'
-check "every case has its figures" judge 'all(s["ns_per_vertex_step"] > 0 and s["projections_per_step"] > 1 and
-  s["memory_per_vertex"] > 100 and s["of_peak"] > 0 and s["bytes"] > 100 and s["of_bandwidth"] > 0 for s in b["steps"])'
+check "threads from 1 to all" judge '{s["threads"] for s in b["steps"]} >= {1, b["machine"]["processors"]} and
+  all(s["threads"] == 1 for s in b["steps"] if s["group"] != "threads")'
+check "both precisions; single needs less memory" judge '[s["precision"] for s in b["steps"]][-8:] == 4 * ["double", "single"] and
+  all(s["memory_per_vertex"] < d["memory_per_vertex"] for d, s in zip(b["steps"][-8::2], b["steps"][-7::2]))'
+check "every case has its figures" judge 'all(s["ns_per_vertex_step"] > 0 and s["projections_per_step"] >= 1 and
+  s["memory_per_vertex"] > 100 and (s["of_peak"] is None if s["precision"] == "single" else
+  s["of_peak"] > 0 and s["bytes"] > 100 and s["of_bandwidth"] > 0) for s in b["steps"])'
 check "the twist of general rods is iterated" judge '[s["twist_iterations_per_step"] > 0 for s in b["steps"]] ==
   [s["rod"] == "general" for s in b["steps"]]'
 check "stages make up the whole" judge 'all(abs(sum(t["share"] for t in s["stages"].values()) - 1) < 1e-9 and
   min(t["share"] for t in s["stages"].values()) >= -1e-9 and
   set(s["stages"]) == {"twist", "elastic", "loads", "move", "project"} for s in b["steps"])'
 # Rates are what was counted over what was timed.
-check "rates fit" judge 'all(abs(s["gflops"] / b["machine"]["gflops_double"] / s["of_peak"] - 1) < 1e-9 and
-  abs(s["bytes"] / s["ns_per_vertex_step"] / s["gbytes_per_second"] - 1) < 1e-9 for s in b["steps"])'
+check "rates fit" judge 'all(abs(s["gflops"] / b["machine"]["gflops_double"] / s["of_peak"] / s["threads"] - 1) < 1e-9 and
+  abs(s["bytes"] / s["ns_per_vertex_step"] / s["gbytes_per_second"] - 1) < 1e-9 for s in b["steps"]
+  if s["precision"] == "double")'
 check "small scenes start at once" judge '0 < b["start"][0]["ms"] < 500 and "thesis-3-tree" in b["start"][4]["what"]'
 check "output is written" judge 'all(o["bytes_per_frame"] > 200 * o["vertices"] for o in b["output"])'
 

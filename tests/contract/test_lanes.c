@@ -15,7 +15,8 @@ typedef struct recipe {
   const char *integrator;
   uint64_t seed;
   int rods, nv[12];
-  int ends; /* lane_ends of all rods, or -1: each as it comes */
+  int ends;    /* lane_ends of all rods, or -1: each as it comes */
+  int general; /* every so many rods one is general; 0: none */
   double tolerance;
   hb_length_tolerance_kind kind;
   long steps;
@@ -30,11 +31,13 @@ static void cook(const recipe *q, trio *t, rng *r, char *what, size_t room) {
       1; /* formulas of supports are looked at over this time for the largest stable step */
   if (q->tolerance > 0) t->def.method.length_tolerance = q->tolerance;
   t->def.method.length_tolerance_kind = q->kind;
-  int at = snprintf(what, room, "%s, seed %lu, tolerance %g, vertices", q->integrator, (unsigned long)q->seed,
-                    t->def.method.length_tolerance);
+  int at =
+      snprintf(what, room, "%s, seed %lu, %s, tolerance %g, vertices", q->integrator, (unsigned long)q->seed,
+               q->general ? "general" : "isotropic", t->def.method.length_tolerance);
   for (int n = 0; n < q->rods; n++) {
     lanes_add_rod(&t->def, r, q->nv[n],
                   q->ends < 0 ? (lane_ends)rng_int(r, 0, LANE_ENDS - 1) : (lane_ends)q->ends);
+    if (q->general > 0 && n % q->general == 0) lanes_make_general(&t->def, r);
     at += snprintf(what + at, room - (size_t)at, " %d", q->nv[n]);
   }
   lanes_add_loads(&t->def, r);
@@ -69,12 +72,13 @@ static void test_short_rods(void **state) {
     for (int nv = 3; nv <= 40; nv++)
       for (int ends = 0; ends < LANE_ENDS; ends++) {
         if (SHORTER > 1 && ends != nv % LANE_ENDS) continue;
-        try_scene(&(recipe){.integrator = hb_integrators[k]->name,
-                            .seed = (uint64_t)nv,
-                            .rods = 1,
-                            .nv = {nv},
-                            .ends = ends,
-                            .steps = 100});
+        recipe q = {.integrator = hb_integrators[k]->name,
+                    .seed = (uint64_t)nv,
+                    .rods = 1,
+                    .nv = {nv},
+                    .ends = ends,
+                    .steps = 100};
+        for (q.general = 0; q.general < 2; q.general++) try_scene(&q);
       }
 }
 
@@ -85,12 +89,14 @@ static void test_long_rods(void **state) {
   for (int k = 0; hb_integrators[k]; k++)
     for (size_t n = 0; n < sizeof ranges / sizeof ranges[0]; n++)
       for (int nv = ranges[n][0]; nv <= ranges[n][1]; nv += nv > 200 ? (SHORTER + 1) / 2 : 1)
-        try_scene(&(recipe){.integrator = hb_integrators[k]->name,
-                            .seed = (uint64_t)nv,
-                            .rods = 1,
-                            .nv = {nv},
-                            .ends = nv % LANE_ENDS,
-                            .steps = nv > 200 ? 10 : 100});
+        for (int general = 0; general < 2; general++)
+          try_scene(&(recipe){.integrator = hb_integrators[k]->name,
+                              .seed = (uint64_t)nv,
+                              .rods = 1,
+                              .nv = {nv},
+                              .ends = nv % LANE_ENDS,
+                              .general = general,
+                              .steps = nv > 200 ? 10 : 100});
 }
 
 /* Two to eleven rods, of the same length, of lengths within 20 % and beyond. */
@@ -110,7 +116,7 @@ static void test_bundles(void **state) {
           q.nv[n] = spread == 0 ? base : spread == 1 ? rng_int(&r, base * 4 / 5, base) : rng_int(&r, 3, 80);
         for (int n = 0; n < rods; n++)
           if (q.nv[n] < 3) q.nv[n] = 3;
-        try_scene(&q);
+        for (q.general = 0; q.general < 3; q.general++) try_scene(&q);
       }
 }
 
@@ -130,19 +136,22 @@ static void test_tolerances(void **state) {
                       .steps = 100,
                       .tolerance = tolerances[n],
                       .kind = kind ? HB_TOLERANCE_ABSOLUTE : HB_TOLERANCE_RELATIVE};
-          try_scene(&q);
+          for (q.general = 0; q.general < 3; q.general += 2) try_scene(&q);
         }
 }
 
 /* Positions of the first rod after some steps, with mates that have more to correct or less. */
-static void run_with_mates(const char *integrator, uint64_t mates, int nv, double tolerance, double *x) {
+static void run_with_mates(const char *integrator, uint64_t mates, int nv, double tolerance, bool general,
+                           double *x) {
   trio t = {0};
   rng own = rng_start(7), others = rng_start(mates);
   scene_begin(&t.def, integrator, 2e-3);
   t.def.method.length_tolerance = tolerance;
   lanes_add_rod(&t.def, &own, nv, LANE_FREE);
+  if (general) lanes_make_general(&t.def, &own);
   for (int n = 0; n < 3; n++) {
     lanes_add_rod(&t.def, &others, nv, LANE_FREE);
+    if (general) lanes_make_general(&t.def, &others);
     hb_rod_def *mate = &t.def.rods[t.def.rod_count - 1];
     for (int k = 0; mate->velocity && k < 3 * nv; k++) mate->velocity[k] *= (double)mates;
   }
@@ -158,9 +167,9 @@ static void test_strangers(void **state) {
   static const double tolerances[] = {1e-3, 1e-6, 1e-10};
   double a[3 * 20], b[3 * 20];
   for (int k = 0; hb_integrators[k]; k++)
-    for (int n = 0; n < 3; n++) {
-      run_with_mates(hb_integrators[k]->name, 1, 20, tolerances[n], a);
-      run_with_mates(hb_integrators[k]->name, 5, 20, tolerances[n], b);
+    for (int n = 0; n < 6; n++) {
+      run_with_mates(hb_integrators[k]->name, 1, 20, tolerances[n / 2], n % 2, a);
+      run_with_mates(hb_integrators[k]->name, 5, 20, tolerances[n / 2], n % 2, b);
       assert_memory_equal(a, b, sizeof a);
     }
 }

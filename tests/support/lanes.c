@@ -16,6 +16,7 @@ void trio_start(trio *t, double step) {
   if (step > 0) t->def.method.time_step = fmin(step, 0.2 * hb_model_stable_step(t->model, NULL));
   for (int w = 0; w < WAY_COUNT; w++) {
     t->def.method.lanes = choice[w];
+    t->def.method.threads = w == WAY_BEST ? 3 : 1;
     if (hb_sim_create(t->model, &t->sim[w], &err)) fail_msg("simulation: %s", err.text);
   }
   for (int k = 0; k < 2; k++)
@@ -30,19 +31,31 @@ void trio_end(trio *t) {
   hb_scene_def_free(&t->def);
 }
 
+/* Is the flag of a strip set, or any byte of a number not zero? */
+static bool has_array(const hb_strip *s, size_t flag) {
+  return flag == offsetof(hb_strip, rows) || *((const unsigned char *)s + flag) != 0;
+}
+
 /* The end of one lane is the beginning of the next: every array of vertices has the same bits there. */
 static void check_copies(const hb_unit *u) {
-  static const size_t arrays[] = {offsetof(hb_strip, x),     offsetof(hb_strip, v),
-                                  offsetof(hb_strip, f),     offsetof(hb_strip, x_old),
-                                  offsetof(hb_strip, v_old), offsetof(hb_strip, load)};
+#define ROWS(name, numbers, kept)                                                                            \
+  { offsetof(hb_strip, name), numbers, offsetof(hb_strip, kept) }
+  static const struct {
+    size_t offset;
+    int numbers;
+    size_t kept; /* flag of strips that have the array; all have some rows */
+  } arrays[] = {ROWS(x, 3, rows),        ROWS(v, 3, rows),     ROWS(f, 3, rows),
+                ROWS(x_old, 3, rows),    ROWS(v_old, 3, rows), ROWS(load, 3, loaded),
+                ROWS(twist, 1, general), ROWS(kb, 3, general), ROWS(stress, 4, general)};
+#undef ROWS
   for (int n = 0; u->pieces && n + 1 < u->strip_count * u->strips->lanes; n++) {
     const hb_strip *a = &u->strips[n / u->strips->lanes], *b = &u->strips[(n + 1) / u->strips->lanes];
     for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
-      for (int c = 0; c < 3; c++) {
+      for (int c = 0; c < arrays[k].numbers && has_array(a, arrays[k].kept); c++) {
         void *from, *to;
-        memcpy(&from, (const char *)a + arrays[k], sizeof from);
-        memcpy(&to, (const char *)b + arrays[k], sizeof to);
-        double end = hb_strip_get(a, from, 3 * (size_t)a->rows + (size_t)c, n % a->lanes);
+        memcpy(&from, (const char *)a + arrays[k].offset, sizeof from);
+        memcpy(&to, (const char *)b + arrays[k].offset, sizeof to);
+        double end = hb_strip_get(a, from, (size_t)(arrays[k].numbers * a->rows + c), n % a->lanes);
         double start = hb_strip_get(b, to, (size_t)c, (n + 1) % b->lanes);
         if (memcmp(&end, &start, sizeof end) != 0)
           fail_msg("array %zu, piece %d ends with %.17g, but the next one begins with %.17g", k, n, end,
@@ -140,12 +153,19 @@ static void compare_rod(const trio *t, const hb_rod *rod, const hb_state *a, con
   widen(&gap->v, a->v + 3 * o, b->v + 3 * o, 3 * n, L / m->def->method.time_step);
   widen(&gap->force, a->force + 3 * o, b->force + 3 * o, 3 * n, stiff * L + load);
   if (rod->twist_free) return;
+  /* General rods: dE/dtheta of each edge is solved to round-off of 2 beta/l, n times beta/L, and the Hessian
+   * is conditioned like n^2. */
+  double edges = rod->closed_form ? 1 : (double)n;
+  if (!rod->closed_form) {
+    widen(&gap->twist, a->m1 + 3 * o, b->m1 + 3 * o, 3 * n, edges * edges);
+    widen(&gap->twist, a->twist + o, b->twist + o, n, edges * edges);
+  }
   widen(&gap->twist, a->moment + rod->first_span, b->moment + rod->first_span, (size_t)rod->span_count, beta);
   widen(&gap->twist, a->frame_torque + rod->first_frame, b->frame_torque + rod->first_frame,
-        (size_t)rod->frame_count, beta);
+        (size_t)rod->frame_count, edges * beta);
   widen(&gap->twist, a->frame_angle + rod->first_frame, b->frame_angle + rod->first_frame,
         (size_t)rod->frame_count, 1);
-  widen(&gap->twist, &a->theta_0[rod->index], &b->theta_0[rod->index], 1, 1);
+  widen(&gap->twist, &a->theta_0[rod->index], &b->theta_0[rod->index], 1, edges * edges);
   for (int f = rod->first_span; f < rod->first_span + rod->span_count; f++)
     widen(&gap->twist, a->panel_twist + m->spans[f].first_panel, b->panel_twist + m->spans[f].first_panel,
           (size_t)m->spans[f].panel_count, 1);
@@ -285,6 +305,29 @@ void lanes_add_rod(hb_scene_def *def, rng *r, int nv, lane_ends ends) {
   hb_free(lengths);
   hb_free(x);
   hb_free(v);
+}
+
+/* Rest lengths stay what they are. */
+void lanes_make_general(hb_scene_def *def, rng *r) {
+  hb_rod_def *rod = &def->rods[def->rod_count - 1];
+  int nv = rod->nv, kind = rng_int(r, 1, 7);
+  double *lengths = hb_alloc((size_t)nv, sizeof *lengths), turn = rng_uniform(r, 0, 3),
+         cross = rng_uniform(r, 0, 0.4);
+  assert_non_null(lengths);
+  for (int j = 0; j + 1 < nv; j++)
+    lengths[j] = hb_v3_norm(hb_v3_sub(hb_v3_load(rod->rest + 3 * j + 3), hb_v3_load(rod->rest + 3 * j)));
+  if (kind & 1)
+    for (int j = 0; j + 1 < nv; j++) {
+      rod->B[3 * j + 1] = cross * rod->B[3 * j];
+      rod->B[3 * j + 2] *= 0.6;
+    }
+  rod->straight_rest = !(kind & 2);
+  if (kind & 2) rod_random_shape(r, nv, lengths, fmin(0.4, 4.0 / nv), rod->rest);
+  if (kind & 4) {
+    rod->natural_twist = scene_fill(turn, (size_t)nv);
+    if (kind == 4) rod->B[3 * (nv / 2) - 1] *= 1.5; /* else it would be an isotropic straight rod after all */
+  }
+  hb_free(lengths);
 }
 
 /* Not all of them always. */

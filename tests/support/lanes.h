@@ -39,7 +39,8 @@ typedef struct trio_gap {
   double x;      /* positions, by rod length */
   double v;      /* velocities, by rod length over time step */
   double force;  /* forces, by what bending makes of an error of position of one rod length */
-  double twist;  /* moments, torques, angles: by the moment of one radian over the rod */
+  double twist;  /* moments, torques, angles: by the moment of one radian over the rod, or by what Newton's
+                    system of the  twist makes of round-off */
   double energy; /* totals of work and loss, by all energies in the scene */
 } trio_gap;
 trio_gap trio_compare(const trio *t, int a, int b);
@@ -68,6 +69,8 @@ typedef enum lane_ends {
 
 /* Another rod, of random shape, stiffness, mass and velocity. */
 void lanes_add_rod(hb_scene_def *def, rng *r, int nv, lane_ends ends);
+/* Makes the last rod that was added general: anisotropic, curved at rest, twisted at rest, or all of it. */
+void lanes_make_general(hb_scene_def *def, rng *r);
 /* Loads on all rods: gravity, wind, damping, points. */
 void lanes_add_loads(hb_scene_def *def, rng *r);
 

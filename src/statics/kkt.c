@@ -1,0 +1,175 @@
+#include "statics/kkt.h"
+
+#include "base/memory.h"
+#include "force/force.h"
+#include "rod/hessian.h"
+#include "rod/inextensible.h"
+
+#include <float.h>
+#include <string.h>
+
+/* A pivot below this part of what it is the sum of is round-off. */
+#define ROUND_OFF (32 * DBL_EPSILON)
+/* A turn of all frames weighs as much as a displacement by this part of the rod's length. */
+#define TURN_ARM 0.1
+
+/* One block for all. */
+hb_status hb_kkt_create(int nv, hb_kkt *k, hb_error *err) {
+  size_t n = (size_t)HB_KKT_STRIDE * (size_t)nv, band = hb_band_size((int)n, HB_KKT_HALF),
+         room = n + HB_KKT_HALF;
+  size_t total = 2 * band + 4 * room + 10 * (size_t)nv;
+  memset(k, 0, sizeof *k);
+  k->block = hb_alloc(total, sizeof *k->block);
+  k->unknown = hb_alloc((size_t)nv, sizeof *k->unknown);
+  if (!k->block || !k->unknown) {
+    hb_kkt_free(k);
+    return hb_fail_memory(err, "matrix of the equilibrium");
+  }
+  k->capacity = nv;
+  k->matrix.a = k->block;
+  k->factors.a = k->block + band;
+  k->weight = k->block + 2 * band;
+  k->right = k->weight + room;
+  k->pull = k->right + room;
+  k->scratch = k->pull + room;
+  k->length = k->scratch + room;
+  k->load = k->length + nv;
+  k->matrix.half = k->factors.half = HB_KKT_HALF;
+  k->augment = 2;
+  k->bytes = total * sizeof(double) + (size_t)nv;
+  return HB_OK;
+}
+
+/* Frees the arrays. */
+void hb_kkt_free(hb_kkt *k) {
+  hb_free(k->block);
+  hb_free(k->unknown);
+  k->block = NULL;
+  k->unknown = NULL;
+}
+
+/* Lengths for places, length times the square of an arm for turns. */
+void hb_kkt_begin(hb_kkt *k, const hb_model *m, const hb_rod *rod) {
+  int o = rod->first;
+  double arm = TURN_ARM * rod->length;
+  k->matrix.n = k->factors.n = HB_KKT_STRIDE * rod->nv;
+  hb_rod_free_angles(m, rod, k->unknown);
+  k->constraints = 0;
+  for (int i = 0; i < rod->nv; i++) {
+    double *w = k->weight + HB_KKT_STRIDE * i;
+    const double *free = m->inv_mass + 3 * (o + i);
+    bool turns = i + 1 < rod->nv && k->unknown[i], any = false;
+    for (int c = 0; c < 3; c++) w[c] = free[c] != 0 ? m->weight[o + i] : 0;
+    w[HB_KKT_MULTIPLIER] = 0;
+    w[HB_KKT_TURN] = turns ? m->rest_length[o + i] * arm * arm : 0;
+    for (int c = -3; i > 0 && c < 3; c++) any = any || free[c] != 0;
+    k->constraints += any;
+  }
+}
+
+/* How stiff an edge is across its direction, from all that acts there: what is added along it is a multiple
+ * of this. */
+static double natural_stiffness(const hb_model *m, const hb_rod *rod, const hb_state *state,
+                                const hb_rod_work *w, int j, double lambda) {
+  int k = rod->first + j;
+  double inv = m->inv_rest_length[k], stiffness = 2 * fabs(lambda) * inv;
+  for (int i = j; i <= j + 1; i++) {
+    if (i == 0 || i + 1 == rod->nv) continue;
+    double alpha = m->alpha[rod->first + i], moment = rod->closed_form ? 0 : fabs(w->moment[i]);
+    stiffness += inv * inv * (3 * alpha * inv + moment);
+  }
+  for (int s = rod->first_span; rod->closed_form && s < rod->first_span + rod->span_count; s++)
+    if (k >= m->spans[s].first_edge && k <= m->spans[s].last_edge)
+      stiffness += 2 * fabs(state->moment[s]) * inv * inv;
+  return stiffness;
+}
+
+/* Gradients of the lengths, their second derivatives, and what keeps leading blocks definite (11.4). */
+static void add_lengths(hb_kkt *kkt, const hb_model *m, const hb_rod *rod, const hb_state *state,
+                        const hb_rod_work *work, const double *lambda) {
+  hb_band *K = &kkt->matrix;
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    int k = rod->first + j, a = HB_KKT_STRIDE * j, b = a + HB_KKT_STRIDE, row = b + HB_KKT_MULTIPLIER;
+    hb_v3 gradient;
+    kkt->length[j] =
+        hb_inextensible_edge(state->x + 3 * k, m->rest_length[k], m->inv_rest_length[k], &gradient);
+    const double *g = &gradient.x;
+    /* the gradient has the size 2 */
+    double along = 0.25 * kkt->augment * natural_stiffness(m, rod, state, work, j, lambda[j]);
+    double across = 2 * lambda[j] * m->inv_rest_length[k];
+    for (int c = 0; c < 3; c++) {
+      hb_band_add(K, row, a + c, -g[c]);
+      hb_band_add(K, row, b + c, g[c]);
+      for (int r = 0; r < 3; r++) {
+        double value = along * g[c] * g[r] + (c == r ? across : 0);
+        hb_band_add(K, b + r, a + c, -value);
+        if (r < c) continue;
+        hb_band_add(K, a + r, a + c, value);
+        hb_band_add(K, b + r, b + c, value);
+      }
+    }
+    double *pull = kkt->right + a; /* along * gradient * C: the multiple of the constraint itself */
+    for (int c = 0; c < 3; c++) {
+      pull[c] += along * kkt->length[j] * g[c];
+      pull[HB_KKT_STRIDE + c] -= along * kkt->length[j] * g[c];
+    }
+    kkt->right[row] = -kkt->length[j];
+  }
+}
+
+/* The symmetric part: loads with a potential have no other. */
+static void add_loads(hb_kkt *kkt, const hb_rod *rod) {
+  for (int i = 0; i < rod->nv; i++)
+    for (int c = 0; c < 3; c++)
+      for (int r = c; r < 3; r++)
+        hb_band_add(&kkt->matrix, HB_KKT_STRIDE * i + r, HB_KKT_STRIDE * i + c,
+                    0.5 * (kkt->load[9 * i + 3 * r + c] + kkt->load[9 * i + 3 * c + r]));
+}
+
+/* Row and column become those of the identity. */
+static void isolate(hb_band *K, int at) {
+  double *column = K->a + (size_t)(K->half + 1) * (size_t)at;
+  column[0] = 1;
+  for (int k = 1; k <= K->half; k++) {
+    column[k] = 0;
+    if (k <= at) column[k - (ptrdiff_t)(K->half + 1) * k] = 0;
+  }
+}
+
+/* K times the displacements of the supports. */
+static void find_pull(hb_kkt *kkt, const hb_rod *rod, const double *moved) {
+  double *v = kkt->scratch;
+  memset(v, 0, (size_t)kkt->matrix.n * sizeof *v);
+  for (int i = 0; i < rod->nv; i++) memcpy(v + HB_KKT_STRIDE * i, moved + 3 * i, 3 * sizeof *v);
+  hb_band_multiply(&kkt->matrix, v, kkt->pull);
+}
+
+/* Leaves in kkt->right what the constraints put there: -C, and the pull of the added stiffness. */
+void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, const hb_state *state,
+                     const hb_rod_work *work, double t, const double *lambda, const double *moved) {
+  hb_band_clear(&kkt->matrix);
+  memset(kkt->right, 0, (size_t)kkt->matrix.n * sizeof *kkt->right);
+  hb_rod_hessian(model, rod, state, work, HB_KKT_STRIDE, &kkt->matrix);
+  if (hb_load_stiffness(model, rod, t, state->x, kkt->load)) add_loads(kkt, rod);
+  add_lengths(kkt, model, rod, state, work, lambda);
+  if (moved) find_pull(kkt, rod, moved);
+  for (int k = 0; k < kkt->matrix.n; k++) {
+    bool multiplier = k % HB_KKT_STRIDE == HB_KKT_MULTIPLIER && k >= HB_KKT_STRIDE;
+    if (multiplier || kkt->weight[k] != 0) continue;
+    isolate(&kkt->matrix, k);
+    kkt->right[k] = 0;
+  }
+}
+
+/* Pivots of edges between prescribed vertices are 0 and count as dropped; they are no constraints. */
+int hb_kkt_factor(hb_kkt *k, double shift) {
+  size_t width = HB_KKT_HALF + 1;
+  memcpy(k->factors.a, k->matrix.a, width * (size_t)k->matrix.n * sizeof(double));
+  memset(k->factors.a + width * (size_t)k->matrix.n, 0, width * HB_KKT_HALF * sizeof(double));
+  for (int j = 0; j < k->matrix.n; j++) k->factors.a[width * (size_t)j] += shift * k->weight[j];
+  hb_inertia found = hb_band_factor(&k->factors, ROUND_OFF, k->scratch);
+  return found.negative - k->constraints;
+}
+
+/* Forwards and backwards. */
+void hb_kkt_solve(hb_kkt *k) { hb_band_solve(&k->factors, k->right); }
