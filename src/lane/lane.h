@@ -45,7 +45,13 @@ INLINED lanes none(void) { return all(0); }
 
 /* a where the mask is set, else b. */
 INLINED lanes choose(lane_mask m, lanes a, lanes b) {
+#if defined(__AVX2__) && defined(HB_LANE_SINGLE)
+  return (lanes)_mm256_blendv_ps((__m256)b, (__m256)a, (__m256)m);
+#elif defined(__AVX2__)
+  return (lanes)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)m);
+#else
   return (lanes)((m & (lane_mask)a) | (~m & (lane_mask)b));
+#endif
 }
 /* a where the mask is set, else 0. */
 INLINED lanes only(lane_mask m, lanes a) { return (lanes)(m & (lane_mask)a); }
@@ -57,10 +63,33 @@ INLINED bool any(lane_mask m) {
   return r != 0;
 }
 
-/* The larger of two numbers, the smaller one, the size; b where a is not a number. */
-INLINED lanes larger(lanes a, lanes b) { return choose(a > b, a, b); }
-INLINED lanes smaller(lanes a, lanes b) { return choose(a < b, a, b); }
-INLINED lanes size_of(lanes a) { return larger(a, -a); }
+/* The larger of two numbers, the smaller one; b where one is not a number. */
+INLINED lanes larger(lanes a, lanes b) {
+#if defined(__AVX2__) && defined(HB_LANE_SINGLE)
+  return (lanes)_mm256_max_ps((__m256)a, (__m256)b);
+#elif defined(__AVX2__)
+  return (lanes)_mm256_max_pd((__m256d)a, (__m256d)b);
+#else
+  return choose(a > b, a, b);
+#endif
+}
+
+/* The same with <. */
+INLINED lanes smaller(lanes a, lanes b) {
+#if defined(__AVX2__) && defined(HB_LANE_SINGLE)
+  return (lanes)_mm256_min_ps((__m256)a, (__m256)b);
+#elif defined(__AVX2__)
+  return (lanes)_mm256_min_pd((__m256d)a, (__m256d)b);
+#else
+  return choose(a < b, a, b);
+#endif
+}
+
+/* |a|: without its sign bit. */
+INLINED lanes size_of(lanes a) {
+  const lane_mask sign = (lane_mask)(R(-0.0) - (lanes){0});
+  return (lanes)((lane_mask)a & ~sign);
+}
 
 /* Square roots, one rounding each. */
 INLINED lanes root(lanes a) {

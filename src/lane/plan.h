@@ -21,6 +21,7 @@ typedef struct hb_unit {
   bool twisted; /* closed form, with a twisting moment */
   bool general;
   bool loaded;   /* loads act on some rod of it */
+  bool moving;   /* some of its vertices are led by formulas of time */
   double *tally; /* what this step adds to the totals of the state: a row of tallies */
   double tallies[HB_BLOCK_STEPS][HB_S_COUNT], length_errors[HB_BLOCK_STEPS]; /* of the steps of a block */
   double length_error;                                                       /* of this step */

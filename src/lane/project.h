@@ -183,7 +183,8 @@ INLINED v3 move_vertex(const effect *q, int r, v3 before, v3 after) {
 /* What is left of the length of edge r after its ends have moved: |delta e|^2/2, the rest was linear. */
 INLINED lanes left_of(const hb_strip *s, int r, v3 near, v3 far) {
   v3 change = v3_sub(far, near);
-  return only(real_edges(s, r), R(0.5) * v3_dot(change, change) * judge_of(s, r));
+  lanes left = R(0.5) * v3_dot(change, change) * judge_of(s, r);
+  return r < s->full_rows ? left : only(real_edges(s, r), left);
 }
 
 /* Back substitution from the last row to the first, each vertex moved when both its edges are known. */

@@ -147,6 +147,7 @@ static void turn_over(const journey *j) {
  * may have them elsewhere. */
 static void place(const journey *j, bool exact) {
   const hb_model *m = j->s->model;
+  if (!j->u->fresh && !j->u->moving) return;
   for (int n = 0; n < j->u->rod_count; n++) {
     const hb_rod *rod = &m->rods[j->u->rods[n]];
     for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++) {
@@ -220,7 +221,7 @@ static int judge_corrections(const journey *j, bool closed, double tolerance, co
     u->tally[HB_S_PROJECTIONS]++;
     double left = largest(u, AT(left), n);
     if (closed && left <= 0.25 * tolerance && worst[n] < 1e-2 && tolerance >= 1e-12 && all_full(u, n) &&
-        !leads_edges(j->s->model, &j->s->model->rods[u->rods[n]])) {
+        !(j->u->moving && leads_edges(j->s->model, &j->s->model->rods[u->rods[n]]))) {
       hb_strip_set(s, s->active, 0, n, 0);
       if (left > u->length_error) u->length_error = left;
     } else {
@@ -248,10 +249,22 @@ static outcome fit_lengths(const journey *j) {
 
 /* Tangent of one edge into the rod's workspace. */
 static void fill_tangent(const journey *j, int n, int edge) {
-  double a[3], b[3];
-  hb_unit_get3(j->u, n, edge, AT(x), a);
-  hb_unit_get3(j->u, n, edge + 1, AT(x), b);
-  hb_v3_store(j->s->rod_work.tangent + 3 * edge, hb_v3_unit(hb_v3_sub(hb_v3_load(b), hb_v3_load(a))));
+  hb_lane_place p = hb_unit_find(j->u, n, edge);
+  double e[3];
+  for (int c = 0; c < 3; c++) {
+    size_t at = 3 * (size_t)p.row + (size_t)c;
+    e[c] = hb_strip_get(p.strip, p.strip->x, at + 3, p.lane) - hb_strip_get(p.strip, p.strip->x, at, p.lane);
+  }
+  hb_v3_store(j->s->rod_work.tangent + 3 * edge, hb_v3_unit(hb_v3_load(e)));
+}
+
+/* Tangents of the first edge and of those whose frames are held. */
+static void fill_held_tangents(const journey *j, int n) {
+  const hb_rod *rod = &j->s->model->rods[j->u->rods[n]];
+  fill_tangent(j, n, 0);
+  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
+    if (j->s->model->frames[k].slot > rod->first)
+      fill_tangent(j, n, j->s->model->frames[k].slot - rod->first);
 }
 
 /* Transport along one panel: the products of its cuts, one behind the other. */
@@ -283,16 +296,14 @@ static hb_status settle_frames(const journey *j, int n, hb_error *err) {
   const hb_model *m = j->s->model;
   const hb_rod *rod = &m->rods[j->u->rods[n]];
   hb_quat *turns = j->s->plan->turns;
-  fill_tangent(j, n, 0);
-  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
-    fill_tangent(j, n, m->frames[k].slot - rod->first);
+  fill_held_tangents(j, n);
   hb_status status = hb_frames_check(m, rod, &j->s->rod_work, j->t, err);
   if (status) return status;
   hb_frames_hold(m, rod, j->s->state, &j->s->rod_work, j->t);
   if (rod->twist_free) return HB_OK;
   for (int k = rod->first_span; k < rod->first_span + rod->span_count; k++)
     for (int p = m->spans[k].first_panel; p < m->spans[k].first_panel + m->spans[k].panel_count; p++) {
-      fill_tangent(j, n, m->panels[p].to - rod->first);
+      if (m->frame_of[m->panels[p].to] < 0) fill_tangent(j, n, m->panels[p].to - rod->first);
       turns[p] = panel_transport(j->u, n, m->panels[p].from - rod->first, m->panels[p].to - rod->first);
     }
   hb_twist_closed(m, rod, j->s->state, &j->s->rod_work, turns);
@@ -439,9 +450,7 @@ static hb_status hold_frames(const journey *j, int n, hb_error *err) {
   const hb_model *m = j->s->model;
   const hb_rod *rod = &m->rods[j->u->rods[n]];
   hb_rod_work *w = &j->s->rod_work;
-  fill_tangent(j, n, 0);
-  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
-    fill_tangent(j, n, m->frames[k].slot - rod->first);
+  fill_held_tangents(j, n);
   hb_status status = hb_frames_check(m, rod, w, j->t, err);
   if (status) return status;
   hb_frames_hold(m, rod, j->s->state, w, j->t);
@@ -615,7 +624,7 @@ static void keep_support_forces(const journey *j) {
   hb_stepper *s = j->s;
   for (int n = 0; n < j->u->rod_count; n++) {
     const hb_rod *rod = &s->model->rods[j->u->rods[n]];
-    for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
+    for (int k = rod->first_position; j->u->moving && k < rod->first_position + rod->position_count; k++)
       if (hb_support_moves(s->model, &s->model->positions[k]))
         hb_unit_get3(j->u, n, s->model->positions[k].slot - rod->first, AT(f), s->force_old + 3 * k);
     for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
@@ -646,7 +655,7 @@ static void book_supports(const journey *j) {
   double work = 0;
   for (int n = 0; n < j->u->rod_count; n++) {
     const hb_rod *rod = &s->model->rods[j->u->rods[n]];
-    for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++) {
+    for (int k = rod->first_position; j->u->moving && k < rod->first_position + rod->position_count; k++) {
       const hb_position_support *p = &s->model->positions[k];
       double x[3], x_old[3], v[3], v_old[3], f[3], pull[3], rate_pull[3];
       int i = p->slot - rod->first;

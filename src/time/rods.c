@@ -73,6 +73,17 @@ void hb_stepper_release_workers(hb_stepper *s) {
   s->workers = NULL;
 }
 
+/* Which units have supports that move? */
+static void find_moving(hb_stepper *s) {
+  const hb_model *m = s->model;
+  for (int r = 0; r < m->rod_count; r++) {
+    int unit = s->plan->unit_of[r];
+    const hb_rod *rod = &m->rods[r];
+    for (int k = rod->first_position; unit >= 0 && k < rod->first_position + rod->position_count; k++)
+      if (hb_support_moves(m, &m->positions[k])) s->plan->units[unit].moving = true;
+  }
+}
+
 /* Plan, workers. */
 hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
   const hb_model *m = s->model;
@@ -86,7 +97,10 @@ hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
   }
   hb_status status = hb_lane_plan_create(m, wanted, kernels, &s->plan, err);
   hb_free(wanted);
-  if (!status && s->plan) status = create_workers(s, err);
+  if (!status && s->plan) {
+    find_moving(s);
+    status = create_workers(s, err);
+  }
   return status;
 }
 
