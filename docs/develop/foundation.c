@@ -53,4 +53,5 @@ static double energy(const hb_model *model, const hb_rod *rod, double t, const d
 }
 
 const hb_force_term hb_force_foundation = {
-    "foundation", "springs that draw every piece to its initial place", active, add, energy, false, false};
+    "foundation", "springs that draw every piece to its initial place", active, add, energy, false, false,
+    NULL};

@@ -22,6 +22,23 @@ typedef enum hb_stage {
 } hb_stage;
 extern const char *const hb_stage_names[HB_STAGE_COUNT];
 
+/* The formulas of one entry of hb_scene_def.forces at one time. */
+typedef struct hb_force_value {
+  bool uniform; /* they depend on time alone; else value means nothing */
+  double value[3];
+} hb_force_value;
+
+/* A load that is the same law at every vertex of a rod: on a vertex of mass m to which the length w belongs
+ * (hb_model.weight), moving with v,
+ *   m acceleration + w per_length + per_vertex - w D(v - medium)
+ * with the drag D of wind (docs/theory, 8.3), and -damping m v, which counts as dissipation. */
+typedef struct hb_uniform_load {
+  double acceleration[3], per_length[3], per_vertex[3];
+  double medium[3];               /* velocity of the medium */
+  double linear[2], quadratic[2]; /* drag per length: normal, tangential */
+  double damping;                 /* 1/time */
+} hb_uniform_load;
+
 /* External loads: a force on the vertices that depends on time, place and velocity. */
 typedef struct hb_force_term {
   const char *name, *text;
@@ -36,6 +53,11 @@ typedef struct hb_force_term {
   double (*energy)(const hb_model *model, const hb_rod *rod, double t, const double *x);
   bool uses_velocity; /* depends on v: second-order schemes then extrapolate the velocities */
   bool dissipative;   /* its work counts as dissipated energy, not as work of loads */
+  /* The way past `add` for rods that step in lanes. If all that the term does on this rod is a uniform load:
+   * adds it to sum and returns true. values: one per entry of model->def->forces. Else returns false,
+   * whatever sum holds then; the answer depends on the rod and on values[].uniform only. NULL: never. */
+  bool (*uniform)(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
+                  hb_uniform_load *sum);
 } hb_force_term;
 
 /* A set of scalar constraints C(x) = 0 with tridiagonal coupling along each rod. */

@@ -17,5 +17,13 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
     hb_v3_accumulate(f + 3 * i, hb_v3_scale(-c * model->mass[i], hb_v3_load(v + 3 * i)));
 }
 
-const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true,
-                                        true};
+/* Always. */
+static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
+                    hb_uniform_load *sum) {
+  (void)values;
+  sum->damping += model->def->rods[rod->index].mass_damping;
+  return true;
+}
+
+const hb_force_term hb_force_damping = {"damping", "mass-proportional damping", active, add, NULL, true, true,
+                                        uniform};

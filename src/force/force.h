@@ -16,6 +16,8 @@ typedef struct hb_load_values {
   hb_v3 value; /* if uniform */
 } hb_load_values;
 
+/* Are the load's formulas the same everywhere? */
+bool hb_load_is_uniform(const hb_force_def *def);
 hb_load_values hb_load_begin(const hb_force_def *def, double t);
 /* Value at vertex slot i, which is at x[3 i]. */
 hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,

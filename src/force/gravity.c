@@ -42,5 +42,17 @@ static double energy(const hb_model *model, const hb_rod *rod, double t, const d
   return sum;
 }
 
+/* A field that is the same everywhere. */
+static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
+                    hb_uniform_load *sum) {
+  for (int k = 0; k < model->def->force_count; k++) {
+    if (!acts_on(&model->def->forces[k], rod)) continue;
+    if (!values[k].uniform) return false;
+    hb_v3_accumulate(sum->acceleration, hb_v3_load(values[k].value));
+  }
+  return true;
+}
+
 const hb_force_term hb_force_gravity = {
-    "gravity", "weight of every vertex in a field of acceleration", active, add, energy, false, false};
+    "gravity", "weight of every vertex in a field of acceleration", active, add, energy, false, false,
+    uniform};

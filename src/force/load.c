@@ -3,19 +3,20 @@
 
 #include "math/rotation.h"
 
+/* They may read the time, nothing else. */
+bool hb_load_is_uniform(const hb_force_def *def) {
+  for (int c = 0; c < 3; c++)
+    for (int k = 0; k < HB_VAR_COUNT; k++)
+      if (k != HB_VAR_T && def->value[c] && hb_formula_uses(def->value[c], (hb_variable)k)) return false;
+  return true;
+}
+
 /* Evaluates what does not depend on the vertex. */
 hb_load_values hb_load_begin(const hb_force_def *def, double t) {
-  hb_load_values values = {.def = def, .t = t, .uniform = true, .value = {0, 0, 0}};
   double vars[HB_VAR_COUNT] = {0}, out[3];
   vars[HB_VAR_T] = t;
-  for (int c = 0; c < 3; c++) {
-    for (int k = 0; k < HB_VAR_COUNT; k++)
-      if (k != HB_VAR_T && def->value[c] && hb_formula_uses(def->value[c], (hb_variable)k))
-        values.uniform = false;
-    out[c] = def->value[c] ? hb_formula_eval(def->value[c], vars) : 0;
-  }
-  values.value = hb_v3_load(out);
-  return values;
+  for (int c = 0; c < 3; c++) out[c] = def->value[c] ? hb_formula_eval(def->value[c], vars) : 0;
+  return (hb_load_values){.def = def, .t = t, .uniform = hb_load_is_uniform(def), .value = hb_v3_load(out)};
 }
 
 /* The value at one vertex. */
@@ -89,5 +90,19 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
   }
 }
 
+/* Dead loads without places of their own. */
+static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
+                    hb_uniform_load *sum) {
+  for (int k = 0; k < model->def->force_count; k++) {
+    const hb_force_def *def = &model->def->forces[k];
+    if (!acts_on(def, rod)) continue;
+    if (def->kind == HB_FORCE_POINT || def->follower || !values[k].uniform) return false;
+    double *to = def->kind == HB_FORCE_DISTRIBUTED ? sum->per_length : sum->per_vertex;
+    hb_v3_accumulate(to, hb_v3_load(values[k].value));
+  }
+  return true;
+}
+
 const hb_force_term hb_force_load = {
-    "load", "point, distributed and per-vertex loads, dead or follower", active, add, NULL, false, false};
+    "load", "point, distributed and per-vertex loads, dead or follower", active, add, NULL, false, false,
+    uniform};

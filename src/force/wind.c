@@ -47,5 +47,22 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
   }
 }
 
+/* One medium that moves as a whole; a second one would have a drag of its own. */
+static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
+                    hb_uniform_load *sum) {
+  int winds = 0;
+  for (int k = 0; k < model->def->force_count; k++) {
+    const hb_force_def *def = &model->def->forces[k];
+    if (!acts_on(def, rod)) continue;
+    if (!values[k].uniform || ++winds > 1) return false;
+    hb_v3_store(sum->medium, hb_v3_load(values[k].value));
+    for (int c = 0; c < 2; c++) {
+      sum->linear[c] = def->linear[c];
+      sum->quadratic[c] = hb_force_def_quadratic(def, &model->def->rods[rod->index], c);
+    }
+  }
+  return true;
+}
+
 const hb_force_term hb_force_wind = {
-    "wind", "linear and quadratic drag of a moving medium", active, add, NULL, true, false};
+    "wind", "linear and quadratic drag of a moving medium", active, add, NULL, true, false, uniform};

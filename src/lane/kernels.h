@@ -1,5 +1,6 @@
 /* The table of one file's kernels: HB_LANE_TABLE names it, HB_LANE_NAME says what it is. */
 #include "lane/general.h"
+#include "lane/loads.h"
 
 extern const hb_lane_kernels HB_LANE_TABLE;
 const hb_lane_kernels HB_LANE_TABLE = {
@@ -20,6 +21,7 @@ const hb_lane_kernels HB_LANE_TABLE = {
     .turn = turn_all,
     .drop_turns = drop_turns,
     .general = general,
+    .loads = loads,
     .eliminate_rates = eliminate_rates,
     .spread_rates = spread_rates,
     .sum_up = sum_up,

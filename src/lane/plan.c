@@ -19,7 +19,7 @@ typedef struct need {
 /* Rods in the order in which they are bundled. */
 typedef struct candidate {
   int rod, edges;
-  bool twisted, general;
+  bool twisted, general, loaded;
 } candidate;
 
 /* Rods of a kind together, long ones first, then as in the scene. */
@@ -67,7 +67,10 @@ static int divide(const candidate *c, int count, int lanes, hb_unit *units, int 
       units[n].strip_count = strips;
       units[n].twisted = c[at].twisted;
       units[n].general = c[at].general;
-      for (int l = 0; l < size; l++) units[n].rods[l] = c[at + l].rod;
+      for (int l = 0; l < size; l++) {
+        units[n].rods[l] = c[at + l].rod;
+        units[n].loaded = units[n].loaded || c[at + l].loaded;
+      }
     }
     *strip_count += strips;
     at += size;
@@ -98,6 +101,7 @@ static void shape_strips(const hb_model *m, hb_unit *u, const hb_lane_kernels *k
     s->pieces = u->pieces;
     s->twisted = u->twisted;
     s->general = u->general;
+    s->loaded = u->loaded;
     s->uniform = u->twisted && is_uniform(m, u);
     s->relative = m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE;
     s->first_edge = first;
@@ -165,6 +169,9 @@ static size_t reals_of(const hb_strip *s) {
   if (s->general) {
     HB_STRIP_GENERAL_FIELDS(HB_COUNT)
   }
+  if (s->loaded) {
+    HB_STRIP_LOAD_FIELDS(HB_COUNT)
+  }
 #undef HB_COUNT
 #define HB_COUNT(name, numbers, text) sum += (numbers);
   HB_STRIP_RECORDS(HB_COUNT)
@@ -187,6 +194,9 @@ static void lay_out(hb_strip *s, char **next) {
   }
   if (s->general) {
     HB_STRIP_GENERAL_FIELDS(HB_PLACE)
+  }
+  if (s->loaded) {
+    HB_STRIP_LOAD_FIELDS(HB_PLACE)
   }
 #undef HB_PLACE
 #define HB_PLACE(name, numbers, text)                                                                        \
@@ -239,6 +249,8 @@ static void set_constants(const hb_model *m, const hb_unit *u, hb_strip *s) {
       }
       if (!vertex || r < 0) continue;
       hb_strip_set(s, s->mobility, (size_t)r, l, m->inv_mass[3 * (rod->first + j)]);
+      if (s->loaded) hb_strip_set(s, s->mass, (size_t)r, l, m->mass[rod->first + j]);
+      if (s->loaded) hb_strip_set(s, s->weight, (size_t)r, l, m->weight[rod->first + j]);
       if (s->general) set_general(m, s, rod, j, r, l);
       if (j > 0 && j < last) hb_strip_set(s, s->bend_gain, (size_t)r, l, m->bend_gain[rod->first + j]);
     }
@@ -345,7 +357,8 @@ hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted
   for (int r = 0; r < model->rod_count; r++)
     if (wanted[r]) {
       const hb_rod *rod = &model->rods[r];
-      list[count++] = (candidate){r, rod->nv - 1, rod->closed_form && !rod->twist_free, !rod->closed_form};
+      list[count++] = (candidate){r, rod->nv - 1, rod->closed_form && !rod->twist_free, !rod->closed_form,
+                                  wanted[r] == HB_WANTED_LOADED};
     }
   qsort(list, (size_t)count, sizeof *list, by_kind_and_size);
   hb_status status = fill_plan(model, plan, list, count, err);

@@ -2,14 +2,14 @@
 #ifndef HB_LANE_PLAN_H
 #define HB_LANE_PLAN_H
 
-#include "hebra/model.h"
-#include "hebra/state.h"
+#include "hebra/plug.h"
 #include "lane/strip.h"
 #include "math/rotation.h"
 
 /* Rods that know nothing of each other may each take some steps before the next one's turn: their numbers
  * stay in the cache. At most so many. */
 #define HB_BLOCK_STEPS 16
+#define HB_WANTED_LOADED 2
 
 /* What takes its steps together: a bundle of rods in the lanes of one strip, or one rod cut into pieces. */
 typedef struct hb_unit {
@@ -20,6 +20,7 @@ typedef struct hb_unit {
   bool pieces;
   bool twisted; /* closed form, with a twisting moment */
   bool general;
+  bool loaded;   /* loads act on some rod of it */
   bool moving;   /* some of its vertices are led by formulas of time */
   double *tally; /* what this step adds to the totals of the state: a row of tallies */
   double tallies[HB_BLOCK_STEPS][HB_S_COUNT], length_errors[HB_BLOCK_STEPS]; /* of the steps of a block */
@@ -40,7 +41,8 @@ typedef struct hb_lane_plan {
   size_t bytes;
 } hb_lane_plan;
 
-/* Plans the rods with wanted[rod] != 0. *out NULL if there are none. */
+/* Plans the rods with wanted[rod] != 0; HB_WANTED_LOADED if loads act on them. *out NULL if there are none.
+ */
 hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted,
                               const hb_lane_kernels *kernels, hb_lane_plan **out, hb_error *err);
 void hb_lane_plan_free(hb_lane_plan *plan);
@@ -66,6 +68,8 @@ void hb_unit_set3(hb_unit *unit, int n, int i, size_t array, const double in[3])
 void hb_unit_store3(const hb_model *model, const hb_unit *unit, int n, size_t array, double *to);
 void hb_unit_add3(const hb_model *model, hb_unit *unit, int n, size_t array, const double *from);
 void hb_unit_clear3(hb_unit *unit, int n, size_t array);
+/* The uniform load on the n-th rod, in all pieces and copies. */
+void hb_unit_set_loads(hb_unit *unit, int n, const hb_uniform_load *load);
 /* `numbers` numbers of edge j of the n-th rod, in one of the edge arrays. */
 void hb_unit_get_edge(const hb_unit *unit, int n, int j, size_t array, int numbers, double *out);
 void hb_unit_set_edge(hb_unit *unit, int n, int j, size_t array, int numbers, const double *in);

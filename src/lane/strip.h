@@ -14,6 +14,7 @@
 #define HB_LANES_DOUBLE 4
 #define HB_LANES_SINGLE 8
 #define HB_LANES_MAX 8
+#define HB_LAW_NUMBERS 17 /* of hb_uniform_load, the last of them its damping */
 
 /* Arrays of a strip: name, rows beyond the edges' K (a vertex array has K + 1), numbers per row, sentence. */
 #define HB_STRIP_FIELDS(F)                                                                                   \
@@ -31,6 +32,12 @@
   F(link, 0, 1, "entry by which the row before needs this row's unknown")                                    \
   F(right, 0, 1, "right-hand sides, then unknowns")                                                          \
   F(v_old, 1, 3, "velocities at the start of the step")
+
+/* The same where loads act. */
+#define HB_STRIP_LOAD_FIELDS(F)                                                                              \
+  F(load, 1, 3, "the part of f that comes from loads, whose work is booked")                                 \
+  F(mass, 1, 1, "mass; 0 for phantoms, and for them only")                                                   \
+  F(weight, 1, 1, "length that belongs to a vertex")
 
 /* The same for pieces only. */
 #define HB_STRIP_PIECE_FIELDS(F) F(fill, 0, 1, "entry by which a row needs the unknown in front of its piece")
@@ -82,7 +89,10 @@
   F(keep, 1, "part of the last spin that is a good guess for the next (general rods)")                       \
   F(scale, 1, "what the terms of dE/dtheta are made of (general rods)")                                      \
   F(floor, 1, "largest twisting gain (general rods)")                                                        \
-  F(finite, 1, "a sum that is finite if all forces and velocities are")
+  F(finite, 1, "a sum that is finite if all forces and velocities are")                                      \
+  F(law, HB_LAW_NUMBERS, "uniform load on each lane's rod: the numbers of hb_uniform_load in their order")   \
+  F(work, 1, "sum of (load before + load now) . way over the vertices of a lane")                            \
+  F(lost, 1, "sum of m |way|^2 over them")
 
 typedef struct hb_strip {
   int lanes;                     /* HB_LANES_DOUBLE or HB_LANES_SINGLE */
@@ -94,6 +104,8 @@ typedef struct hb_strip {
   bool twisted;                  /* some rod of it carries a twisting moment */
   bool general;                  /* its rods are anisotropic or curved at rest */
   bool uniform;                  /* twisted: every rod of it has one moment from end to end */
+  bool loaded;                   /* loads act on some rod of it */
+  bool windy, damped;            /* some lane's rod meets drag, mass damping as a uniform load */
   bool relative;                 /* length errors are judged relative to the rest length */
   const struct hb_strip *before; /* neighbours along the same rod, NULL at its ends */
   const struct hb_strip *after;
@@ -105,6 +117,7 @@ typedef struct hb_strip {
   HB_STRIP_PIECE_FIELDS(HB_DECLARE)
   HB_STRIP_MOMENT_FIELDS(HB_DECLARE)
   HB_STRIP_GENERAL_FIELDS(HB_DECLARE)
+  HB_STRIP_LOAD_FIELDS(HB_DECLARE)
 #undef HB_DECLARE
 #define HB_DECLARE(name, numbers, text) void *name;
   HB_STRIP_RECORDS(HB_DECLARE)
@@ -144,6 +157,9 @@ typedef struct hb_lane_kernels {
   void (*turn)(hb_strip *strip);
   void (*drop_turns)(hb_strip *strip, int lane); /* none for this lane, -1: for all */
   void (*general)(hb_strip *strip);
+  /* Uniform loads: into load, onto f, their sums into `work` and `lost`. h: time step; with predict
+   * velocities are extrapolated to the end of the step, as second-order schemes want them. */
+  void (*loads)(hb_strip *strip, double h, bool predict);
   /* Velocities of the second-order scheme (half-step velocities completed by the pull of lambda along the old
    * edges, then kicked), and elimination for their projection. */
   void (*eliminate_rates)(hb_strip *strip, double kick, double inv_h);

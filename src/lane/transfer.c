@@ -75,7 +75,7 @@ void hb_unit_set_edge(hb_unit *unit, int n, int j, size_t array, int numbers, co
   }
 }
 
-/* One lane of a strip: which rod, its vertex in row 0, its last vertex. */
+/* One lane of a strip: which rod, its vertex in row 0 (nv: no vertex at all), its last vertex. */
 typedef struct lane_of {
   const hb_rod *rod;
   int first, last;
@@ -85,28 +85,85 @@ typedef struct lane_of {
 static lane_of describe(const hb_model *m, const hb_unit *u, const hb_strip *s, int lane) {
   int n = u->pieces || lane >= u->rod_count ? 0 : lane;
   const hb_rod *rod = &m->rods[u->rods[n]];
-  return (lane_of){rod, u->pieces ? s->first_edge + lane * s->rows : 0, rod->nv - 1};
+  int first = u->pieces ? s->first_edge + lane * s->rows : 0;
+  return (lane_of){rod, first < rod->nv ? first : rod->nv, rod->nv - 1};
+}
+
+/* Numbers first .. first + count - 1 of one lane of an array, in double: the loops that everything here is
+ * made of, without a question per number. */
+static void fetch(const hb_strip *s, const void *array, size_t first, int lane, int count,
+                  double *restrict to) {
+  if (s->single) {
+    const float *from = (const float *)array + HB_LANES_SINGLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++) to[k] = (double)from[HB_LANES_SINGLE * k];
+  } else {
+    const double *from = (const double *)array + HB_LANES_DOUBLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++) to[k] = from[HB_LANES_DOUBLE * k];
+  }
+}
+
+/* And back. */
+static void put(const hb_strip *s, void *array, size_t first, int lane, int count,
+                const double *restrict from) {
+  if (s->single) {
+    float *to = (float *)array + HB_LANES_SINGLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++) to[HB_LANES_SINGLE * k] = (float)from[k];
+  } else {
+    double *to = (double *)array + HB_LANES_DOUBLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++) to[HB_LANES_DOUBLE * k] = from[k];
+  }
+}
+
+/* Adds to them. */
+static void add_to(const hb_strip *s, void *array, size_t first, int lane, int count,
+                   const double *restrict from) {
+  if (s->single) {
+    float *to = (float *)array + HB_LANES_SINGLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++)
+      to[HB_LANES_SINGLE * k] = (float)((double)to[HB_LANES_SINGLE * k] + from[k]);
+  } else {
+    double *to = (double *)array + HB_LANES_DOUBLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++) to[HB_LANES_DOUBLE * k] += from[k];
+  }
+}
+
+/* Sets them to zero. */
+static void wipe(const hb_strip *s, void *array, size_t first, int lane, int count) {
+  if (s->single) {
+    float *to = (float *)array + HB_LANES_SINGLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++) to[HB_LANES_SINGLE * k] = 0;
+  } else {
+    double *to = (double *)array + HB_LANES_DOUBLE * first + (size_t)lane;
+    for (int k = 0; k < count; k++) to[HB_LANES_DOUBLE * k] = 0;
+  }
+}
+
+/* How many of a lane's rows 0 .. K hold vertices of its rod. */
+static int vertices_in(const hb_strip *s, lane_of l) {
+  int count = l.last - l.first + 1;
+  return count < 0 ? 0 : count <= s->rows ? count : s->rows + 1;
+}
+
+/* How many of its rows 0 .. K - 1 hold edges. */
+static int edges_in(const hb_strip *s, lane_of l) {
+  int count = l.last - l.first;
+  return count < 0 ? 0 : count < s->rows ? count : s->rows;
 }
 
 /* One vertex array, from the state's (3 per slot). Phantoms get their rod's last entry, or 0. */
 static void load3(const hb_strip *s, lane_of l, int lane, const double *from, void *to, bool phantom_zero) {
-  for (int r = 0; r <= s->rows; r++) {
-    int i = l.first + r;
-    bool phantom = i > l.last;
-    for (int c = 0; c < 3; c++) {
-      double value = phantom && phantom_zero ? 0 : from[3 * (l.rod->first + (phantom ? l.last : i)) + c];
-      hb_strip_set(s, to, 3 * (size_t)r + (size_t)c, lane, value);
-    }
-  }
+  int real = vertices_in(s, l);
+  const double *rod = from + 3 * l.rod->first;
+  put(s, to, 0, lane, 3 * real, rod + 3 * l.first);
+  if (phantom_zero) wipe(s, to, 3 * (size_t)real, lane, 3 * (s->rows + 1 - real));
+  for (int r = real; !phantom_zero && r <= s->rows; r++) put(s, to, 3 * (size_t)r, lane, 3, rod + 3 * l.last);
 }
 
 /* And back; copies at the end of a piece are left out. */
 static void store3(const hb_strip *s, lane_of l, int lane, const void *from, double *to) {
-  for (int r = 0; r <= s->rows && l.first + r <= l.last; r++) {
-    if (r == s->rows && s->pieces && l.first + r < l.last) break;
-    for (int c = 0; c < 3; c++)
-      to[3 * (l.rod->first + l.first + r) + c] = hb_strip_get(s, from, 3 * (size_t)r + (size_t)c, lane);
-  }
+  int count = vertices_in(s, l);
+  if (s->pieces && l.first + s->rows < l.last) count = s->rows;
+  fetch(s, from, 0, lane, 3 * count, to + 3 * (l.rod->first + l.first));
 }
 
 /* The tangent of the edge in slot k. */
@@ -126,30 +183,33 @@ static hb_v3 director_of(const hb_state *state, int k) {
 
 /* Frames and twist of general rods. follow: the state's positions are those that the lanes get, too. */
 static void load_frames(const hb_strip *s, lane_of l, int lane, const hb_state *state, bool follow) {
-  for (int r = 0; r <= s->rows; r++) {
-    int i = l.first + r, slot = l.rod->first + i;
-    bool edge = r < s->rows && i < l.last;
-    if (r < s->rows) {
-      double d[3] = {0, 0, 0};
-      if (edge) hb_v3_store(d, follow ? director_of(state, slot) : hb_v3_load(state->m1 + 3 * slot));
-      hb_strip_set(s, s->spin, (size_t)r, lane, edge ? state->spin[slot] : 0);
-      for (int c = 0; c < 3; c++) hb_strip_set(s, s->m1, 3 * (size_t)r + (size_t)c, lane, d[c]);
-    }
-    hb_strip_set(s, s->twist, (size_t)r, lane, i > 0 && i < l.last ? state->twist[slot] : 0);
+  int edges = edges_in(s, l), slot = l.rod->first + l.first, rest = s->rows - edges;
+  int from = l.first == 0, to = edges < s->rows ? edges : l.first + s->rows < l.last ? s->rows + 1 : s->rows;
+  put(s, s->spin, 0, lane, edges, state->spin + slot);
+  wipe(s, s->spin, (size_t)edges, lane, rest);
+  put(s, s->m1, 0, lane, 3 * edges, state->m1 + 3 * slot);
+  for (int r = 0; follow && r < edges; r++) {
+    double d[3];
+    hb_v3_store(d, director_of(state, slot + r));
+    put(s, s->m1, 3 * (size_t)r, lane, 3, d);
   }
+  wipe(s, s->m1, 3 * (size_t)edges, lane, 3 * rest);
+  wipe(s, s->twist, 0, lane, s->rows + 1); /* of ends and phantoms */
+  if (to > from) put(s, s->twist, (size_t)from, lane, to - from, state->twist + slot + from);
 }
 
 /* And back. */
 static void store_frames(const hb_strip *s, lane_of l, int lane, hb_state *state) {
-  for (int r = 0; r < s->rows && l.first + r < l.last; r++) {
-    int slot = l.rod->first + l.first + r;
+  int edges = edges_in(s, l), slot = l.rod->first + l.first;
+  if (edges == 0) return;
+  fetch(s, s->m1, 0, lane, 3 * edges, state->m1 + 3 * slot);
+  fetch(s, s->spin, 0, lane, edges, state->spin + slot);
+  fetch(s, s->twist, 0, lane, edges, state->twist + slot);
+  if (l.first == 0) state->twist[slot] = 0;
+  for (int r = 0; r < edges; r++) {
     double x[6];
-    for (int c = 0; c < 3; c++)
-      state->m1[3 * slot + c] = hb_strip_get(s, s->m1, 3 * (size_t)r + (size_t)c, lane);
-    for (int c = 0; c < 6; c++) x[c] = hb_strip_get(s, s->x, 3 * (size_t)r + (size_t)c, lane);
-    hb_v3_store(state->tangent + 3 * slot, tangent_of(x, 0));
-    state->spin[slot] = hb_strip_get(s, s->spin, (size_t)r, lane);
-    state->twist[slot] = l.first + r > 0 ? hb_strip_get(s, s->twist, (size_t)r, lane) : 0;
+    fetch(s, s->x, 3 * (size_t)r, lane, 6, x);
+    hb_v3_store(state->tangent + 3 * (slot + r), tangent_of(x, 0));
   }
 }
 
@@ -178,11 +238,11 @@ void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit) {
       load3(s, l, lane, state->x, s->x, false);
       load3(s, l, lane, state->v, s->v, true);
       load3(s, l, lane, state->force, s->f, true);
+      if (s->loaded) load3(s, l, lane, state->load, s->load, true);
       if (s->general) load_frames(s, l, lane, state, true);
-      for (int r = 0; r < s->rows; r++) {
-        int j = l.first + r;
-        hb_strip_set(s, s->lambda, (size_t)r, lane, j < l.last ? state->lambda[l.rod->first + j] : 0);
-      }
+      int edges = edges_in(s, l);
+      put(s, s->lambda, 0, lane, edges, state->lambda + l.rod->first + l.first);
+      wipe(s, s->lambda, (size_t)edges, lane, s->rows - edges);
     }
   }
 }
@@ -196,9 +256,9 @@ void hb_unit_store(const hb_model *model, hb_state *state, const hb_unit *unit) 
       store3(s, l, lane, s->x, state->x);
       store3(s, l, lane, s->v, state->v);
       store3(s, l, lane, s->f, state->force);
+      if (s->loaded) store3(s, l, lane, s->load, state->load);
       if (s->general) store_frames(s, l, lane, state);
-      for (int r = 0; r < s->rows && l.first + r < l.last; r++)
-        state->lambda[l.rod->first + l.first + r] = hb_strip_get(s, s->lambda, (size_t)r, lane);
+      fetch(s, s->lambda, 0, lane, edges_in(s, l), state->lambda + l.rod->first + l.first);
     }
   }
 }
@@ -219,13 +279,7 @@ void hb_unit_add3(const hb_model *model, hb_unit *unit, int n, size_t array, con
     for (int lane = 0; lane < s->lanes; lane++) {
       lane_of l = describe(model, unit, s, lane);
       if (!unit->pieces && lane != n && !(n == 0 && lane >= unit->rod_count)) continue;
-      void *to = array_of(s, array);
-      for (int r = 0; r <= s->rows && l.first + r <= l.last; r++)
-        for (int c = 0; c < 3; c++) {
-          size_t at = 3 * (size_t)r + (size_t)c;
-          hb_strip_set(s, to, at, lane,
-                       hb_strip_get(s, to, at, lane) + from[3 * (l.rod->first + l.first + r) + c]);
-        }
+      add_to(s, array_of(s, array), 0, lane, 3 * vertices_in(s, l), from + 3 * (l.rod->first + l.first));
     }
   }
 }
@@ -236,7 +290,21 @@ void hb_unit_clear3(hb_unit *unit, int n, size_t array) {
     hb_strip *s = &unit->strips[g];
     for (int lane = 0; lane < s->lanes; lane++) {
       if (!unit->pieces && lane != n && !(n == 0 && lane >= unit->rod_count)) continue;
-      for (size_t k = 0; k < 3 * ((size_t)s->rows + 1); k++) hb_strip_set(s, array_of(s, array), k, lane, 0);
+      wipe(s, array_of(s, array), 0, lane, 3 * (s->rows + 1));
     }
+  }
+}
+
+/* The same in every lane of a rod in pieces; for the first rod of a bundle in the idle lanes, too. */
+void hb_unit_set_loads(hb_unit *unit, int n, const hb_uniform_load *load) {
+  double numbers[HB_LAW_NUMBERS];
+  _Static_assert(sizeof numbers == sizeof *load, "lanes know all numbers of a uniform load");
+  memcpy(numbers, load, sizeof numbers);
+  for (int g = 0; g < unit->strip_count; g++) {
+    hb_strip *s = &unit->strips[g];
+    int first = unit->pieces ? 0 : n, end = unit->pieces ? s->lanes : n + 1;
+    for (int lane = first; lane < end; lane++) put(s, s->law, 0, lane, HB_LAW_NUMBERS, numbers);
+    for (int lane = unit->rod_count; n == 0 && !unit->pieces && lane < s->lanes; lane++)
+      put(s, s->law, 0, lane, HB_LAW_NUMBERS, numbers);
   }
 }

@@ -35,6 +35,7 @@ typedef enum pass {
   SOLVE_TURNS,
   TURN,
   GENERAL,
+  LOADS,
   SUM_UP
 } pass;
 
@@ -68,6 +69,7 @@ static void do_pass(const journey *j, hb_strip *s, pass which) {
   case SOLVE_TURNS: j->k->solve_turns(s); break;
   case TURN: j->k->turn(s); break;
   case GENERAL: j->k->general(s); break;
+  case LOADS: j->k->loads(s, j->h, j->along); break;
   case SUM_UP: j->k->sum_up(s); break;
   }
 }
@@ -346,41 +348,80 @@ static bool folded(const hb_unit *u) {
   return false;
 }
 
-/* Loads on the n-th rod, their work, and the loss by damping. The state's positions (and velocities, where
- * loads depend on them) are those of the start of the step and are brought up to date. */
-static void add_loads(const journey *j, int n) {
+/* Loads on the n-th rod that are not uniform: by the rod's own functions. Their work over this step; that of
+ * their values before it has been booked. */
+static void add_general_loads(const journey *j, int n, unsigned terms) {
   hb_stepper *s = j->s;
   hb_state *state = s->state;
   const hb_rod *rod = &s->model->rods[j->u->rods[n]];
   size_t from = 3 * (size_t)rod->first, to = from + 3 * (size_t)rod->nv;
-  double *x = state->x, *moved = s->x_old, *v = state->v, work = 0, lost = 0;
-  double c = s->model->def->rods[rod->index].mass_damping;
-  for (size_t k = from; k < to; k++) moved[k] = -x[k];
+  double *x = state->x, *v = state->v, *moved = s->x_old, work = 0;
   hb_unit_store3(s->model, j->u, n, AT(x), x);
-  for (size_t k = from; k < to; k++) {
-    moved[k] += x[k];
-    work += state->load[k] * moved[k];
-  }
+  hb_unit_store3(s->model, j->u, n, AT(x_old), moved);
+  for (size_t k = from; k < to; k++) moved[k] = x[k] - moved[k];
   if (s->rates[rod->index] && j->along) {
     v = s->v_predicted;
-    for (size_t k = from; k < to; k++) v[k] = 2 * (moved[k] / j->h) - state->v[k];
+    hb_unit_store3(s->model, j->u, n, AT(v_old), v);
+    for (size_t k = from; k < to; k++) v[k] = 2 * (moved[k] / j->h) - v[k];
   } else if (s->rates[rod->index]) {
     hb_unit_store3(s->model, j->u, n, AT(v), v);
   }
   memset(state->load + from, 0, (to - from) * sizeof(double));
   memset(state->force + from, 0, (to - from) * sizeof(double));
   for (int k = 0; s->terms[k]; k++)
-    if (s->active[rod->index] & (1u << k))
+    if (terms & (1u << k))
       s->terms[k]->add(s->model, rod, j->t, x, v, NULL,
                        s->terms[k]->dissipative ? state->force : state->load);
   for (size_t k = from; k < to; k++) {
     work += state->load[k] * moved[k];
     state->force[k] += state->load[k];
-    if (c > 0) lost += s->model->mass[k / 3] * moved[k] * moved[k];
   }
+  hb_unit_add3(s->model, j->u, n, AT(load), state->load);
   hb_unit_add3(s->model, j->u, n, AT(f), state->force);
   j->u->tally[HB_S_WORK_LOADS] += 0.5 * work;
-  j->u->tally[HB_S_DISSIPATED] += c / j->h * lost;
+}
+
+/* What the loads' formulas are now, into the lanes. */
+static void set_uniform_loads(const journey *j) {
+  const hb_stepper *s = j->s;
+  bool windy = false, damped = false;
+  for (int n = 0; n < j->u->rod_count; n++) {
+    const hb_rod *rod = &s->model->rods[j->u->rods[n]];
+    hb_uniform_load sum = {.damping = 0};
+    for (int k = 0; s->terms[k]; k++)
+      if (s->uniform[rod->index] & (1u << k)) (void)s->terms[k]->uniform(s->model, rod, s->values, &sum);
+    hb_unit_set_loads(j->u, n, &sum);
+    for (int c = 0; c < 2; c++) windy = windy || sum.linear[c] != 0 || sum.quadratic[c] != 0;
+    damped = damped || sum.damping != 0;
+  }
+  for (int g = 0; g < j->u->strip_count; g++) {
+    j->u->strips[g].windy = windy;
+    j->u->strips[g].damped = damped;
+  }
+}
+
+/* Loads on all rods of the unit, their work (half of the force before the step and half of that after it),
+ * and what damping takes. */
+static void add_loads(const journey *j) {
+  const hb_stepper *s = j->s;
+  hb_unit *u = j->u;
+  unsigned active = 0;
+  for (int n = 0; n < u->rod_count; n++) active |= s->active[u->rods[n]];
+  if (!active) return;
+  set_uniform_loads(j);
+  all_strips(j, LOADS);
+  for (int g = 0; g < u->strip_count; g++)
+    for (int l = 0; l < busy_lanes(u); l++) {
+      const hb_strip *strip = &u->strips[g];
+      u->tally[HB_S_WORK_LOADS] += 0.5 * hb_strip_get(strip, strip->work, 0, l);
+      if (strip->damped)
+        u->tally[HB_S_DISSIPATED] += hb_strip_get(strip, strip->law, HB_LAW_NUMBERS - 1, l) / j->h *
+                                     hb_strip_get(strip, strip->lost, 0, l);
+    }
+  for (int n = 0; n < u->rod_count; n++) {
+    unsigned left = s->active[u->rods[n]] & ~s->uniform[u->rods[n]];
+    if (left) add_general_loads(j, n, left);
+  }
 }
 
 /* Forces at the new positions where something is folded: by the rod's own functions. */
@@ -389,12 +430,7 @@ static hb_status evaluate_rods(const journey *j, hb_error *err) {
   hb_status status = HB_OK;
   for (int n = 0; !status && n < u->rod_count; n++) {
     const hb_rod *rod = &j->s->model->rods[u->rods[n]];
-    if (j->s->active[rod->index]) add_loads(j, n);
     hb_unit_store3(j->s->model, u, n, AT(x), j->s->state->x);
-    size_t from = 3 * (size_t)rod->first, bytes = 3 * (size_t)rod->nv * sizeof(double);
-    double *loads = j->s->v_predicted;
-    memset(loads + from, 0, bytes);
-    if (j->s->active[rod->index]) memcpy(loads + from, j->s->state->force + from, bytes);
     status = hb_rod_settle(j->s->model, rod, j->s->state, &j->s->rod_work, j->t, j->h, err);
     if (status) break;
     hb_rod_force(j->s->model, rod, j->s->state, &j->s->rod_work);
@@ -402,10 +438,10 @@ static hb_status evaluate_rods(const journey *j, hb_error *err) {
       u->tally[HB_S_FOLDS]++;
       u->tally[HB_S_FOLD_SLOT] = rod->first + hb_rod_find_fold(rod, &j->s->rod_work);
     }
-    for (size_t k = from; k < from + 3 * (size_t)rod->nv; k++) loads[k] += j->s->state->force[k];
     hb_unit_clear3(u, n, AT(f));
-    hb_unit_add3(j->s->model, u, n, AT(f), loads);
+    hb_unit_add3(j->s->model, u, n, AT(f), j->s->state->force);
   }
+  if (!status) add_loads(j);
   return status;
 }
 
@@ -505,9 +541,6 @@ static hb_status resume_twist(const journey *j, int n, hb_error *err) {
   hb_stepper *s = j->s;
   const hb_rod *rod = &s->model->rods[j->u->rods[n]];
   double *x = s->state->x;
-  if (s->active[rod->index]) { /* the state keeps the old positions until the loads have done their work */
-    x = s->x_old;
-  }
   hb_unit_store3(s->model, j->u, n, AT(x), x);
   hb_unit_store_frames(s->model, s->state, j->u, n);
   if (!hb_rod_geometry(rod, x, &s->rod_work))
@@ -554,8 +587,7 @@ static hb_status evaluate_general(const journey *j, hb_error *err) {
                        &state->frame_torque[k]);
   }
   hb_stepper_end(j->s, HB_STAGE_ELASTIC);
-  for (int n = 0; n < u->rod_count; n++)
-    if (j->s->active[u->rods[n]]) add_loads(j, n);
+  add_loads(j);
   hb_stepper_end(j->s, HB_STAGE_LOADS);
   return HB_OK;
 }
@@ -582,8 +614,7 @@ static hb_status evaluate(const journey *j, hb_error *err) {
       j->s->state->frame_torque[k] = hb_rod_frame_torque(j->s->model, rod, j->s->state, &j->s->rod_work, k);
   }
   hb_stepper_end(j->s, HB_STAGE_ELASTIC);
-  for (int n = 0; n < u->rod_count; n++)
-    if (j->s->active[u->rods[n]]) add_loads(j, n);
+  add_loads(j);
   hb_stepper_end(j->s, HB_STAGE_LOADS);
   return HB_OK;
 }
@@ -686,12 +717,6 @@ static hb_status step_rods(const journey *j, hb_rod_step step_rod, hb_error *err
   return status;
 }
 
-/* Where loads depend on velocity the state's velocities are kept up to date. */
-static void keep_rates(const journey *j) {
-  for (int n = 0; n < j->u->rod_count; n++)
-    if (j->s->rates[j->u->rods[n]]) hb_unit_store3(j->s->model, j->u, n, AT(v), j->s->state->v);
-}
-
 /* Beginning of a step. */
 static void begin(const journey *j) {
   memset(j->u->tally, 0, HB_S_COUNT * sizeof *j->u->tally);
@@ -715,7 +740,6 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
   if (status) return status;
   if (u->fresh > 0) u->fresh--;
   book_supports(&j);
-  keep_rates(&j);
   all_strips(&j, SUM_UP);
   u->finite = is_finite(u);
   return HB_OK;
@@ -741,7 +765,6 @@ hb_status hb_lane_step_verlet(hb_stepper *s, hb_unit *u, double t, double h, hb_
   hb_stepper_end(s, HB_STAGE_PROJECT);
   if (u->fresh > 0) u->fresh--;
   book_supports(&j);
-  keep_rates(&j);
   u->finite = is_finite(u);
   return HB_OK;
 }

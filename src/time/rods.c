@@ -92,7 +92,9 @@ hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
                                                        m->def->method.lanes == HB_LANES_PORTABLE);
   unsigned char *wanted = hb_alloc((size_t)m->rod_count, 1);
   if (!wanted) return hb_fail_memory(err, "rods in lanes");
-  for (int r = 0; r < m->rod_count; r++) wanted[r] = fits_lanes(s, &m->rods[r]);
+  for (int r = 0; r < m->rod_count; r++) {
+    if (fits_lanes(s, &m->rods[r])) wanted[r] = s->active[r] ? HB_WANTED_LOADED : 1;
+  }
   hb_status status = hb_lane_plan_create(m, wanted, kernels, &s->plan, err);
   hb_free(wanted);
   if (!status && s->plan) {
@@ -165,6 +167,7 @@ static void step_unit(const units_step *step, int index, int worker, bool alone)
     hb_error err = {HB_OK, ""};
     if (w->failed >= 0 && k >= w->failed_step) return;
     u->tally = u->tallies[k];
+    w->stepper.values = step->s->values + k * step->s->model->def->force_count;
     w->state.scalar = u->tally;
     double t = (double)(step->from + k + 1) * step->h;
     hb_status status = step->scheme->step_lanes(&w->stepper, u, t, step->h, step->scheme->step_rod, &err);
@@ -247,6 +250,7 @@ hb_status hb_step_rods(hb_stepper *s, double h, const hb_scheme *scheme, hb_erro
   if (s->plan) {
     load_lanes(s);
     s->state_current = false;
+    hb_stepper_look_at_forces(s, h);
     status = step_units(s, h, scheme, err);
   }
   for (int r = 0; !status && r < s->model->rod_count; r++)

@@ -2,18 +2,37 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "force/force.h"
 #include "math/rotation.h"
 
 #include <string.h>
 
-/* Which terms act on which rod, and which rods feel forces that depend on velocity. */
+/* Loads whose formulas depend on time alone: what they are at the ends of the steps to come. */
+void hb_stepper_look_at_forces(hb_stepper *s, double h) {
+  int count = s->model->def->force_count;
+  for (int step = 0; step < s->block; step++)
+    for (int k = 0; k < count; k++) {
+      hb_force_value *value = &s->values[step * count + k];
+      double t = (s->state->scalar[HB_S_STEP] + step + 1) * h;
+      if (value->uniform) hb_v3_store(value->value, hb_load_begin(&s->model->def->forces[k], t).value);
+    }
+}
+
+/* Which terms act on which rod, which of them as a uniform load, and which rods feel forces that depend on
+ * velocity. */
 static void list_terms(hb_stepper *s) {
+  int count = s->model->def->force_count;
+  for (int k = 0; k < HB_BLOCK_STEPS * count; k++)
+    s->values[k].uniform = hb_load_is_uniform(&s->model->def->forces[k % count]);
   for (int r = 0; r < s->model->rod_count; r++) {
     const hb_rod *rod = &s->model->rods[r];
     for (int k = 0; s->terms[k] && k < HB_TERMS_MAX; k++) {
       if (!s->terms[k]->active(s->model, rod)) continue;
+      hb_uniform_load unused = {.damping = 0};
       s->active[r] |= 1u << k;
       if (s->terms[k]->uses_velocity) s->rates[r] = 1;
+      if (s->terms[k]->uniform && s->terms[k]->uniform(s->model, rod, s->values, &unused))
+        s->uniform[r] |= 1u << k;
     }
   }
 }
@@ -36,9 +55,11 @@ hb_status hb_stepper_init(hb_stepper *s, const hb_model *model, hb_state *state,
   s->torque_old = hb_alloc((size_t)model->frame_count, sizeof *s->torque_old);
   s->rates = hb_alloc((size_t)model->rod_count, sizeof *s->rates);
   s->active = hb_alloc((size_t)model->rod_count, sizeof *s->active);
+  s->uniform = hb_alloc((size_t)model->rod_count, sizeof *s->uniform);
+  s->values = hb_alloc(HB_BLOCK_STEPS * (size_t)model->def->force_count, sizeof *s->values);
   if (model->any_follower) s->follower_m1 = hb_alloc(n, sizeof *s->follower_m1);
   if (!s->x_old || !s->v_old || !s->v_predicted || !s->force_old || !s->torque_old || !s->rates ||
-      !s->active || (model->any_follower && !s->follower_m1))
+      !s->active || !s->uniform || !s->values || (model->any_follower && !s->follower_m1))
     return hb_fail_memory(err, "workspace of the run");
   list_terms(s);
   return HB_OK;
@@ -55,6 +76,8 @@ void hb_stepper_release(hb_stepper *s) {
   hb_free(s->torque_old);
   hb_free(s->rates);
   hb_free(s->active);
+  hb_free(s->uniform);
+  hb_free(s->values);
   hb_free(s->follower_m1);
   hb_stepper_release_workers(s);
   hb_lane_plan_free(s->plan);

@@ -23,19 +23,22 @@ struct hb_stepper {
   const hb_force_term *const *terms; /* NULL-terminated */
   hb_rod_work rod_work;
   hb_project_work project_work;
-  double *x_old, *v_old;   /* 3 per slot: at the start of the step */
-  double *v_predicted;     /* 3 per slot: velocities extrapolated to the end of the step */
-  double *force_old;       /* 3 per prescribed vertex */
-  double *torque_old;      /* per prescribed frame */
-  double *follower_m1;     /* 3 per slot: directors for follower loads, or NULL */
-  unsigned char *rates;    /* per rod: do its loads depend on velocity? */
-  unsigned *active;        /* per rod: bit k set if terms[k] acts on it */
-  double length_error;     /* largest of the last step */
-  double worst_error;      /* largest of all steps of the block */
-  int block;               /* steps to be taken at once, 1 to HB_BLOCK_STEPS */
-  int failed_step;         /* after a failure: which of them it was, from 0 */
-  hb_pool *pool;           /* threads, or NULL for one */
-  hb_lane_plan *plan;      /* rods that step in lanes, or NULL */
+  double *x_old, *v_old; /* 3 per slot: at the start of the step */
+  double *v_predicted;   /* 3 per slot: velocities extrapolated to the end of the step */
+  double *force_old;     /* 3 per prescribed vertex */
+  double *torque_old;    /* per prescribed frame */
+  double *follower_m1;   /* 3 per slot: directors for follower loads, or NULL */
+  unsigned char *rates;  /* per rod: do its loads depend on velocity? */
+  unsigned *active;      /* per rod: bit k set if terms[k] acts on it */
+  unsigned *uniform;     /* the same for those that are a uniform load on it */
+  hb_force_value
+      *values;         /* per entry of the scene's forces: at the end of a step, for each step of a block */
+  double length_error; /* largest of the last step */
+  double worst_error;  /* largest of all steps of the block */
+  int block;           /* steps to be taken at once, 1 to HB_BLOCK_STEPS */
+  int failed_step;     /* after a failure: which of them it was, from 0 */
+  hb_pool *pool;       /* threads, or NULL for one */
+  hb_lane_plan *plan;  /* rods that step in lanes, or NULL */
   hb_lane_worker *workers; /* one per thread */
   bool lanes_current;      /* the lanes hold the state */
   bool state_current;      /* the state's arrays do */
@@ -56,6 +59,8 @@ void hb_stepper_release_workers(hb_stepper *stepper);
 bool hb_stepper_may_block(const hb_stepper *stepper);
 /* Brings the state's arrays up to date with the lanes; the state may be read then. */
 void hb_stepper_store(hb_stepper *stepper);
+/* The formulas of loads that depend on time alone, once for all rods, at the ends of the steps of a block. */
+void hb_stepper_look_at_forces(hb_stepper *stepper, double h);
 /* The state may have been written to: lanes are filled anew before the next step. */
 void hb_stepper_state_changed(hb_stepper *stepper);
 

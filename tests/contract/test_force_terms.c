@@ -271,9 +271,68 @@ static void test_laws(void **state) {
   rod_case_free(&s.c);
 }
 
+/* What a uniform load is to be on vertex i of a rod, by its definition in plug.h. */
+static void law_of(const scene *s, const hb_rod *rod, const hb_uniform_load *u, int i, double f[3]) {
+  const hb_model *m = s->c.model;
+  int a = i > rod->first ? i - 1 : i, b = i + 1 < rod->first + rod->nv ? i + 1 : i;
+  double chord[3], along = 0, length = 0, across = 0, w[3], n[3];
+  for (int c = 0; c < 3; c++) {
+    chord[c] = s->x[3 * b + c] - s->x[3 * a + c];
+    w[c] = s->v[3 * i + c] - u->medium[c];
+    length += chord[c] * chord[c];
+    along += w[c] * chord[c];
+  }
+  along /= sqrt(length);
+  for (int c = 0; c < 3; c++) {
+    n[c] = w[c] - along * chord[c] / sqrt(length);
+    across += n[c] * n[c];
+  }
+  for (int c = 0; c < 3; c++) {
+    double drag = (u->linear[0] + u->quadratic[0] * sqrt(across)) * n[c] +
+                  (u->linear[1] + u->quadratic[1] * fabs(along)) * along * chord[c] / sqrt(length);
+    f[c] = m->mass[i] * (u->acceleration[c] - u->damping * s->v[3 * i + c]) +
+           m->weight[i] * (u->per_length[c] - drag) + u->per_vertex[c];
+  }
+}
+
+/* A term that calls what it does uniform does just that; it does not where formulas have places. */
+static void test_uniform(void **state) {
+  (void)state;
+  for (int k = 0; hb_force_terms[k]; k++)
+    for (int rod = 0; rod < 2; rod++) {
+      const hb_force_term *term = hb_force_terms[k];
+      hb_force_value values[8] = {{.uniform = false}};
+      hb_uniform_load sum = {.damping = 0};
+      double f[NUMBERS], law[3];
+      scene s;
+      make(&s, 607, NULL, true);
+      const hb_rod *r = &s.c.model->rods[rod];
+      assert_true(s.c.def.force_count <= 8);
+      if (term->uniform && term->active(s.c.model, r)) {
+        if (strcmp(term->name, "damping") != 0) assert_false(term->uniform(s.c.model, r, values, &sum));
+        for (int n = 0; n < s.c.def.force_count; n++) {
+          const double none[HB_VAR_COUNT] = {0};
+          values[n].uniform = true;
+          for (int c = 0; c < 3; c++) values[n].value[c] = hb_formula_eval(s.c.def.forces[n].value[c], none);
+        }
+        sum = (hb_uniform_load){.damping = 0};
+        bool uniform = term->uniform(s.c.model, r, values, &sum);
+        assert_int_equal(uniform, strcmp(term->name, "load") != 0); /* a point, followers */
+        ;
+        force_of(&s, term, rod, 0.3, f);
+        for (int i = r->first; uniform && i < r->first + r->nv; i++) {
+          law_of(&s, r, &sum, i, law);
+          assert_near_array(f + 3 * i, law, 3, 1e-13 * rod_largest(f, NUMBERS));
+        }
+      }
+      rod_case_free(&s.c);
+    }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(test_adds_to_its_rod), cmocka_unit_test(test_active),
                                      cmocka_unit_test(test_energy),          cmocka_unit_test(test_rotation),
-                                     cmocka_unit_test(test_dissipative),     cmocka_unit_test(test_laws)};
+                                     cmocka_unit_test(test_dissipative),     cmocka_unit_test(test_laws),
+                                     cmocka_unit_test(test_uniform)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -31,21 +31,27 @@ void trio_end(trio *t) {
   hb_scene_def_free(&t->def);
 }
 
+/* Is the flag of a strip set, or any byte of a number not zero? */
+static bool has_array(const hb_strip *s, size_t flag) {
+  return flag == offsetof(hb_strip, rows) || *((const unsigned char *)s + flag) != 0;
+}
+
 /* The end of one lane is the beginning of the next: every array of vertices has the same bits there. */
 static void check_copies(const hb_unit *u) {
-#define ROWS(name, numbers, general)                                                                         \
-  { offsetof(hb_strip, name), numbers, general }
+#define ROWS(name, numbers, kept)                                                                            \
+  { offsetof(hb_strip, name), numbers, offsetof(hb_strip, kept) }
   static const struct {
     size_t offset;
     int numbers;
-    bool general;
-  } arrays[] = {ROWS(x, 3, false),     ROWS(v, 3, false),    ROWS(f, 3, false), ROWS(x_old, 3, false),
-                ROWS(v_old, 3, false), ROWS(twist, 1, true), ROWS(kb, 3, true), ROWS(stress, 4, true)};
+    size_t kept; /* flag of strips that have the array; all have some rows */
+  } arrays[] = {ROWS(x, 3, rows),        ROWS(v, 3, rows),     ROWS(f, 3, rows),
+                ROWS(x_old, 3, rows),    ROWS(v_old, 3, rows), ROWS(load, 3, loaded),
+                ROWS(twist, 1, general), ROWS(kb, 3, general), ROWS(stress, 4, general)};
 #undef ROWS
   for (int n = 0; u->pieces && n + 1 < u->strip_count * u->strips->lanes; n++) {
     const hb_strip *a = &u->strips[n / u->strips->lanes], *b = &u->strips[(n + 1) / u->strips->lanes];
     for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
-      for (int c = 0; c < arrays[k].numbers && (a->general || !arrays[k].general); c++) {
+      for (int c = 0; c < arrays[k].numbers && has_array(a, arrays[k].kept); c++) {
         void *from, *to;
         memcpy(&from, (const char *)a + arrays[k].offset, sizeof from);
         memcpy(&to, (const char *)b + arrays[k].offset, sizeof to);
