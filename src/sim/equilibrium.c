@@ -58,6 +58,7 @@ hb_status hb_sim_find_equilibrium(hb_sim *sim, const hb_equilibrium_options *opt
   memset(&s, 0, sizeof s);
   hb_status status = check_options(options, err);
   if (status) return status;
+  (void)hb_sim_state(sim); /* rods may be elsewhere in lanes; from here on the state counts */
   status = hb_statics_create(&s, sim->model, sim->state, hb_force_terms, place, sim, err);
   double start = sim->state->scalar[HB_S_TIME], t = start;
   for (int k = 1; !status && k <= options->load_steps; k++) {
@@ -104,6 +105,7 @@ hb_status hb_sim_resume(hb_sim *sim, const hb_frame *frame, hb_error *err) {
   const hb_model *m = sim->model;
   size_t size = 3 * (size_t)m->nv * sizeof(double);
   hb_status status = HB_OK;
+  (void)hb_sim_state(sim); /* as above */
   memcpy(sim->state->x, frame->position, size);
   sim->state->scalar[HB_S_TIME] = frame->time;
   for (int r = 0; !status && r < m->rod_count; r++) {

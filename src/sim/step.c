@@ -24,17 +24,20 @@ static hb_status check_finite(const hb_sim *sim, hb_error *err) {
   for (size_t a = 0; a < sizeof arrays / sizeof arrays[0]; a++)
     for (int k = 0; k < 3 * m->nv; k++) {
       const hb_rod *rod = &m->rods[m->rod_of[k / 3]];
-      if (!isfinite(arrays[a].values[k]))
+      int unit = sim->stepper.failed_unit; /* other rods may be some steps further on */
+      if (!isfinite(arrays[a].values[k]) && (unit < 0 || plan->unit_of[rod->index] == unit))
         return hb_fail(err, HB_ERR_NUMERIC, "rod %s: the %s of vertex %d is not finite any more", rod->name,
                        arrays[a].what, k / 3 - rod->first);
     }
+  if (!sim->stepper.lanes_finite)
+    return hb_fail(err, HB_ERR_NUMERIC, "the forces and velocities of a rod are too big for numbers");
   return HB_OK;
 }
 
 /* Time, step count and length error after some steps; not-a-number ends the run. */
 static hb_status watch(hb_sim *sim, double h, int steps, hb_error *err) {
   hb_state *state = sim->state;
-  state->scalar[HB_S_STEP] += steps;
+  state->scalar[HB_S_STEP] += sim->stepper.lanes_finite ? steps : sim->stepper.failed_step + 1;
   state->scalar[HB_S_TIME] = state->scalar[HB_S_STEP] * h;
   state->scalar[HB_S_LENGTH_ERROR] = sim->stepper.length_error;
   if (sim->stepper.worst_error > state->scalar[HB_S_WORST_LENGTH])

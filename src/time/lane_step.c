@@ -40,8 +40,9 @@ static void place(const hb_journey *j, bool exact) {
         hb_unit_get3(j->u, n, p->base - rod->first, AT(v), base_v);
       }
       hb_support_at(m, p, j->t, base, base_v, x, rate);
-      for (int c = 0; c < 3; c++) v[c] = exact ? rate[c] : (x[c] - old[c]) / j->h;
       hb_unit_set3(j->u, n, i, AT(x), x);
+      hb_unit_get3(j->u, n, i, AT(x), x); /* as it is in the lanes, where it may have been rounded */
+      for (int c = 0; c < 3; c++) v[c] = exact ? rate[c] : (x[c] - old[c]) / j->h;
       hb_unit_set3(j->u, n, i, AT(v), v);
     }
   }

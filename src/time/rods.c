@@ -3,6 +3,8 @@
 #include "base/memory.h"
 #include "time/integrators.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 /* Vertices in all below which a step is too short to be shared. */
@@ -21,12 +23,26 @@ struct hb_lane_worker {
   hb_status status; /* HB_OK: a number was not finite */
 };
 
+/* Can a rod do with floats? Its edges must stand clear of the rounding of its coordinates, to the tolerance
+ * of lengths; the multipliers of led supports on a taut rod are differences that floats do not hold. */
+static bool fits_floats(const hb_model *m, const hb_rod *rod) {
+  double farthest = 0, shortest = HUGE_VAL;
+  for (int k = 3 * rod->first; k < 3 * (rod->first + rod->nv); k++)
+    farthest = fmax(farthest, fabs(m->initial[k]));
+  for (int j = rod->first; j + 1 < rod->first + rod->nv; j++) shortest = fmin(shortest, m->rest_length[j]);
+  for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
+    if (hb_support_moves(m, &m->positions[k])) return false;
+  double unit = m->def->method.length_tolerance_kind == HB_TOLERANCE_RELATIVE ? shortest : 1;
+  return (double)FLT_EPSILON * farthest <= m->def->method.length_tolerance * unit;
+}
+
 /* Is everything about this rod known to the lanes? */
 static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   const char *scheme = m->def->method.integrator;
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
   if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
+  if (m->def->method.precision == HB_PRECISION_SINGLE && !fits_floats(m, rod)) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
     if (euler && hb_support_moves(m, &m->positions[k])) return false;
   for (int i = rod->first; i < rod->first + rod->nv; i++)
@@ -221,6 +237,7 @@ static hb_status step_units(hb_stepper *s, double h, const hb_scheme *scheme, hb
   memcpy(s->stage_seconds, s->workers->stepper.stage_seconds, sizeof s->stage_seconds);
   if (first) {
     s->failed_step = first->failed_step;
+    s->failed_unit = first->failed;
     s->lanes_finite = first->status != HB_OK;
     if (err && first->status) *err = first->err;
     return first->status;
@@ -247,6 +264,7 @@ hb_status hb_step_rods(hb_stepper *s, double h, const hb_scheme *scheme, hb_erro
   s->lanes_finite = true;
   s->length_error = s->worst_error = 0;
   s->failed_step = 0;
+  s->failed_unit = -1;
   if (s->plan) {
     load_lanes(s);
     s->state_current = false;

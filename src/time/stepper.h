@@ -37,6 +37,7 @@ struct hb_stepper {
   double worst_error;  /* largest of all steps of the block */
   int block;           /* steps to be taken at once, 1 to HB_BLOCK_STEPS */
   int failed_step;     /* after a failure: which of them it was, from 0 */
+  int failed_unit;     /* and in which unit of the plan, -1: in none */
   hb_pool *pool;       /* threads, or NULL for one */
   hb_lane_plan *plan;  /* rods that step in lanes, or NULL */
   hb_lane_worker *workers; /* one per thread */

@@ -189,8 +189,8 @@ static void nothing_to_do(void **state) {
   static const char *const supports[] = {
       "start: {position: fixed, tangent: fixed, material: fixed}",
       "start: {position: fixed}\n    end: {position: fixed}",
-      "supports: [{vertex: 0, position: fixed}, {vertex: 1, position: fixed}, "
-      "{vertex: 2, position: fixed}]"};
+      ("supports: [{vertex: 0, position: fixed}, {vertex: 1, position: fixed}, "
+       "{vertex: 2, position: fixed}]")};
   for (int k = 0; k < 3; k++) {
     bench b;
     char scene[600];
