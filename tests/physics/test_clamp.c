@@ -285,8 +285,8 @@ static void test_division_of_both(void **state) {
       "initial: {line: {to: [4, 0, 0], vertices: 5}}, rest: {vertices: [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, "
       "0, 0], [4, 0, "
       "0]]}",
-      "rest: {line: {to: [4, 0, 0], vertices: 5}}, initial: {vertices: [[0, 0, 0], [1, 0, 0], [4, 0, 0]], "
-      "resample: 5}",
+      ("rest: {line: {to: [4, 0, 0], vertices: 5}}, initial: {vertices: [[0, 0, 0], [1, 0, 0], [4, 0, 0]], "
+       "resample: 5}"),
       "rest: {line: {to: [4, 0, 0], vertices: 5}}, initial: {displace: [0, 0, 0]}"};
   for (int k = 0; k < 4; k++) {
     char text[1024];
