@@ -68,7 +68,8 @@ typedef enum hb_extent {
   F(frame_torque, HB_PER_FRAME, 1, "torque of the support about the tangent")                                \
   F(anchor_m1, HB_PER_ROD, 3, "director u^0 of each rod's first Bishop frame, carried in time")              \
   F(anchor_tangent, HB_PER_ROD, 3, "tangent to which it belongs")                                            \
-  F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")
+  F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")                            \
+  F(seam, HB_PER_ROD, 1, "turn by which the material frame of a closed rod is cut off where its ends meet")
 
 typedef struct hb_state {
 #define HB_DECLARE(name, extent, components, text) double *name;

@@ -16,7 +16,7 @@ hb_status hb_rod_work_create(const hb_model *model, hb_rod_work *w, hb_error *er
                 {&w->kb, 3 * g},           {&w->omega, 4 * g},   {&w->moment, g},
                 {&w->stress, 4 * g},       {&w->B_now, 3 * g},   {&w->pull, 4 * g},
                 {&w->gradient, g},         {&w->diagonal, g},    {&w->bending_diagonal, g},
-                {&w->off_diagonal, g},     {&w->delta, n},       {&w->pivot, g},
+                {&w->off_diagonal, g},     {&w->delta, n},       {&w->pivot, g},    {&w->corner, g},
                 {&w->trial_m1, 3 * g},     {&w->trial_twist, g}, {&w->frame_now, 3 * frames},
                 {&w->frame_turned, frames}};
   size_t total = 0;
