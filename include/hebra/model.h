@@ -2,9 +2,9 @@
  * tables compiled from them.
  *
  * Vertices count from 0 .. nv-1, edge j joins vertices j and j+1, interior vertices are 1 .. nv-2
- * (docs/theory). A closed rod lists its first vertex once more as its last: nv - 1 vertices and as many edges in
- * truth. In the compiled model all rods lie one behind the other in one numbering of slots: vertex i
- * of a rod is slot first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
+ * (docs/theory). A closed rod lists its first vertex once more as its last: nv - 1 vertices and as many edges
+ * in truth. In the compiled model all rods lie one behind the other in one numbering of slots: vertex i of a
+ * rod is slot first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
 #ifndef HEBRA_MODEL_H
 #define HEBRA_MODEL_H
 
@@ -56,10 +56,10 @@ typedef enum hb_closing {
 /* One rod. Arrays have nv entries per vertex, nv-1 per edge. */
 typedef struct hb_rod_def {
   char *name;
-  int nv;       /* >= 3; of a closed rod >= 4, since its first vertex is the last once more (in the initial shape;
-                   the rest shape may be open, the vertex of the joint then has the mean of what its neighbours
-                   have at rest). What belongs to that vertex (mass, moduli) is the mean of both entries, the mass
-                   their sum */
+  int nv; /* >= 3; of a closed rod >= 4, since its first vertex is the last once more (in the initial shape;
+             the rest shape may be open, the vertex of the joint then has the mean of what its neighbours
+             have at rest). What belongs to that vertex (mass, moduli) is the mean of both entries, the mass
+             their sum */
   double *rest; /* 3 nv: rest shape; gives rest lengths, rest curvature, and (with rest_m1) natural twist */
   double *rest_m1; /* 3 (nv-1) first directors on the rest shape, projected and normalised; NULL: Bishop frame
                       of the rest shape, turned by natural_twist */
@@ -76,8 +76,8 @@ typedef struct hb_rod_def {
   bool straight_rest;        /* rest curvature taken as zero whatever `rest` is: only its lengths count */
   bool lengths_from_initial; /* rest lengths = edge lengths of the initial shape */
   hb_closing closing;
-  double closing_value;      /* turns, radians or linking number */
-  double radius;             /* for drawing and for drag on a thickness, > 0 */
+  double closing_value; /* turns, radians or linking number */
+  double radius;        /* for drawing and for drag on a thickness, > 0 */
   hb_support_def *supports;
   int support_count;
   int line, column;

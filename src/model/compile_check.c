@@ -161,10 +161,11 @@ static hb_status check_closed(const hb_scene_def *def, const hb_rod_def *r, hb_e
                            "rod %s: a closed rod of %d edges is not possible; at least 3 are needed", name,
                            r->nv - 1);
   if (!hb_compile_is_closed(r->initial, r->nv))
-    return hb_compile_fail(def, r->line, r->column, err,
-                           "rod %s: the rod is closed, but its initial shape ends at (%g, %g, %g) and begins at "
-                           "(%g, %g, %g); both must be the same",
-                           name, b[0], b[1], b[2], a[0], a[1], a[2]);
+    return hb_compile_fail(
+        def, r->line, r->column, err,
+        "rod %s: the rod is closed, but its initial shape ends at (%g, %g, %g) and begins at "
+        "(%g, %g, %g); both must be the same",
+        name, b[0], b[1], b[2], a[0], a[1], a[2]);
   if (!isfinite(r->closing_value))
     return hb_compile_fail(def, r->line, r->column, err,
                            "rod %s: the twist with which the rod is closed is %g; it must be finite", name,

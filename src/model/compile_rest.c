@@ -31,8 +31,8 @@ static void find_walls(const hb_rod_def *def, bool walls[2]) {
       walls[def->supports[k].base_is_end] = true;
 }
 
-/* The vertex where a closed rod's ends meet: half of it in the first slot, half in the last, to the same bits;
- * its joint is that of the last slot. */
+/* The vertex where a closed rod's ends meet: half of it in the first slot, half in the last, to the same
+ * bits; its joint is that of the last slot. */
 static void share_seam(hb_model *m, const hb_rod_def *def, const hb_rod *rod) {
   int a = rod->first, b = rod->first + rod->nv - 1;
   m->weight[a] = m->weight[b] = 0.25 * m->voronoi[b];
@@ -92,7 +92,8 @@ static double twist_rate(const hb_rod_def *def, const hb_rod *rod, int i) {
                                          : def->natural_twist[i];
 }
 
-/* The joint of a closed rod that is not closed at rest: what its neighbours have per length, the mean of it. */
+/* The joint of a closed rod that is not closed at rest: what its neighbours have per length, the mean of it.
+ */
 static void mean_joint(hb_model *m, const hb_rod *rod) {
   int k = rod->first + rod->nv - 1, before = k - 1, behind = rod->first + 1;
   double a = m->voronoi[k] / m->voronoi[before], b = m->voronoi[k] / m->voronoi[behind];
@@ -116,8 +117,7 @@ static double compile_curvature(hb_model *m, const hb_rod_def *def, const hb_rod
     int k = rod->first + i, j = i + 1 < rod->nv ? i : 0;
     hb_v3 t_next = tangent_of(def->rest, j), carried = hb_transport(m1, t, t_next), m1_next;
     /* between given directors lies what they say and no more */
-    double cell =
-        def->rest_m1 ? m->rest_length[k - 1] + m->rest_length[rod->first + j] : m->voronoi[k];
+    double cell = def->rest_m1 ? m->rest_length[k - 1] + m->rest_length[rod->first + j] : m->voronoi[k];
     double twist = (twist_rate(def, rod, i) + extra) * 0.5 * cell;
     if (def->rest_m1) {
       m1_next = hb_project_normal(hb_v3_load(def->rest_m1 + 3 * j), t_next);
@@ -187,7 +187,8 @@ static bool isotropic(const hb_rod_def *def) {
 /* Is the material frame of some edge prescribed? */
 static bool holds_frames(const hb_rod_def *def) {
   for (int k = 0; k < def->support_count; k++)
-    if (def->supports[k].kind == HB_SUPPORT_ANGLE || def->supports[k].kind == HB_SUPPORT_DIRECTOR) return true;
+    if (def->supports[k].kind == HB_SUPPORT_ANGLE || def->supports[k].kind == HB_SUPPORT_DIRECTOR)
+      return true;
   return false;
 }
 

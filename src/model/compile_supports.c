@@ -72,9 +72,10 @@ static hb_status add_tangent(hb_model *m, int r, const hb_support_def *s, hb_err
   p->slot = s->base_is_end ? p->edge : p->edge + 1;
   p->sign = s->base_is_end ? -1 : 1;
   if (twin_of(&m->rods[r], p->slot) >= 0)
-    return support_fail(m, r, s, err,
-                        "the vertex that this tangent would carry is the one where the closed rod's ends meet; "
-                        "another edge is expected");
+    return support_fail(
+        m, r, s, err,
+        "the vertex that this tangent would carry is the one where the closed rod's ends meet; "
+        "another edge is expected");
   hb_v3 direction = hb_v3_sub(hb_v3_load(&m->initial[3 * p->edge + 3]), hb_v3_load(&m->initial[3 * p->edge]));
   const double *place = &m->initial[3 * p->base];
   if (!s->held)
@@ -236,7 +237,8 @@ static hb_status compile_rod(hb_model *m, int r, hb_error *err) {
   rod->first_position = m->position_count;
   rod->first_frame = m->frame_count;
   for (int k = 0; !status && k < def->support_count; k++)
-    if (def->supports[k].kind == HB_SUPPORT_POSITION) status = add_position(m, r, &def->supports[k], false, err);
+    if (def->supports[k].kind == HB_SUPPORT_POSITION)
+      status = add_position(m, r, &def->supports[k], false, err);
   for (int k = 0; !status && k < def->support_count; k++)
     if (def->supports[k].kind == HB_SUPPORT_TANGENT) status = add_tangent(m, r, &def->supports[k], err);
   for (int k = 0; !status && k < def->support_count; k++)

@@ -188,8 +188,8 @@ static double join(const hb_model *m, const hb_rod *rod, hb_state *state, const 
   return hb_nearest_angle(gap + turns, turns - 2 * HB_PI * writhe);
 }
 
-/* Material angles of a closed rod, that behind the last edge too: between prescribed frames as above, from the
- * last of them (or the first edge) once around to the first of them evenly. */
+/* Material angles of a closed rod, that behind the last edge too: between prescribed frames as above, from
+ * the last of them (or the first edge) once around to the first of them evenly. */
 static void guess_around(const hb_model *m, const hb_rod *rod, hb_state *state, const hb_rod_work *work,
                          const double *u, double *theta) {
   int first, last, n = rod->nv - 1, o = rod->first;

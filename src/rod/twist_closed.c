@@ -38,7 +38,8 @@ void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, 
     state->moment[s] = 0;
     if (span->panel_count == 0) continue;
     /* once around a closed rod: from the anchor on its first edge to the anchor, past the cut */
-    const double *start = rod->closed ? state->anchor_m1 + 3 * rod->index : work->frame_now + 3 * span->first_frame;
+    const double *start =
+        rod->closed ? state->anchor_m1 + 3 * rod->index : work->frame_now + 3 * span->first_frame;
     hb_v3 d = hb_v3_load(start);
     double total = 0;
     for (int k = 0; k < span->panel_count; k++) {

@@ -260,8 +260,10 @@ static hb_v3 spin_on(hb_v3 d, hb_v3 t, double keep, double *spin) {
   return (hb_v3){c * d.x + s * n.x, c * d.y + s * n.y, c * d.z + s * n.z};
 }
 
-/* Twist of joint i from its two frames, nearest to what is expected; on the joint of a closed rod past the cut. */
-static double twist_at(const hb_rod *rod, const hb_state *state, const hb_rod_work *w, int i, double expected) {
+/* Twist of joint i from its two frames, nearest to what is expected; on the joint of a closed rod past the
+ * cut. */
+static double twist_at(const hb_rod *rod, const hb_state *state, const hb_rod_work *w, int i,
+                       double expected) {
   const double *m1 = state->m1 + 3 * (size_t)rod->first;
   hb_v3 t = hb_v3_load(w->tangent + 3 * i);
   hb_v3 u = hb_transport(hb_v3_load(m1 + 3 * i - 3), hb_v3_load(w->tangent + 3 * i - 3), t);
@@ -298,8 +300,7 @@ static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, 
     hb_v3_store(state->tangent + 3 * (o + j), t);
     w->held[j] = frame >= 0;
     if (j == 0) turned_first = turned;
-    if (j > 0)
-      state->twist[o + j] = twist_at(rod, state, w, j, state->twist[o + j] + turned - turned_before);
+    if (j > 0) state->twist[o + j] = twist_at(rod, state, w, j, state->twist[o + j] + turned - turned_before);
     turned_before = turned;
   }
   repeat_first(rod, state);

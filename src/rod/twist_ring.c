@@ -1,6 +1,6 @@
-/* A cyclic tridiagonal system by elimination with a border: edges 1 .. n-1 are a chain as that of an open rod,
- * each row carries beside it a column for edge 0, which comes last. The pivot of edge 0 is then the one that
- * knows whether all frames can be turned together at no cost. */
+/* A cyclic tridiagonal system by elimination with a border: edges 1 .. n-1 are a chain as that of an open
+ * rod, each row carries beside it a column for edge 0, which comes last. The pivot of edge 0 is then the one
+ * that knows whether all frames can be turned together at no cost. */
 #include "rod/twist_ring.h"
 
 /* A pivot below this part of what it was made of says nothing. */
@@ -17,8 +17,8 @@ static double bend_of(const hb_rod_work *w, int j, bool convex) {
   return convex && bend < 0 ? 0 : bend;
 }
 
-/* Sum of the bending parts of all edges that edge 0 takes along when it turns. *loose: is none of them coupled
- * to a held one? */
+/* Sum of the bending parts of all edges that edge 0 takes along when it turns. *loose: is none of them
+ * coupled to a held one? */
 static double chain_of_first(const hb_rod_work *w, int n, bool convex, double shift, bool *loose) {
   double sum = bend_of(w, 0, convex) + shift;
   int j = 1, k = n - 1;

@@ -102,8 +102,8 @@ void hb_scene_arc_lengths(const double *xyz, int count, double *s);
 
 /* ---- sections
  * ---------------------------------------------------------------------------------------------------- */
-/* What becomes of the two ends of a curve. Ends meet if they are no further apart than round-off makes them; the
- * last vertex is then put where the first is. */
+/* What becomes of the two ends of a curve. Ends meet if they are no further apart than round-off makes them;
+ * the last vertex is then put where the first is. */
 typedef enum hb_scene_ends {
   HB_ENDS_OPEN,
   HB_ENDS_MAY_MEET,

@@ -27,13 +27,14 @@ typedef struct generator {
 /* Ends further apart than this part of the shortest edge do not meet. */
 #define MEETING 1e-9
 
-/* How far the last vertex is from the first, as a part of the shortest edge; last is put onto first if that is
- * round-off. */
+/* How far the last vertex is from the first, as a part of the shortest edge; last is put onto first if that
+ * is round-off. */
 static double join_ends(polyline *line) {
   double shortest = HUGE_VAL;
   double *last = line->xyz + 3 * (size_t)(line->count - 1);
   for (int j = 0; j + 2 < line->count; j++)
-    shortest = fmin(shortest, hb_v3_norm(hb_v3_sub(hb_v3_load(line->xyz + 3 * j + 3), hb_v3_load(line->xyz + 3 * j))));
+    shortest = fmin(shortest,
+                    hb_v3_norm(hb_v3_sub(hb_v3_load(line->xyz + 3 * j + 3), hb_v3_load(line->xyz + 3 * j))));
   double gap = hb_v3_norm(hb_v3_sub(hb_v3_load(last), hb_v3_load(line->xyz)));
   if (!(gap <= MEETING * shortest)) return gap / shortest;
   memcpy(last, line->xyz, 3 * sizeof *last);
@@ -530,10 +531,11 @@ hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const dou
   if (!status && line.meets && line.count >= 3) {
     double gap = join_ends(&line);
     if (gap > 0)
-      status = hb_scene_fail(r, node,
-                             "the changes of this closed curve tear it open: its last vertex is %.3g edges away "
-                             "from its first; what they do at u = 1 must be what they do at u = 0",
-                             gap);
+      status =
+          hb_scene_fail(r, node,
+                        "the changes of this closed curve tear it open: its last vertex is %.3g edges away "
+                        "from its first; what they do at u = 1 must be what they do at u = 0",
+                        gap);
   }
   if (!status && line.count < 3)
     status = hb_scene_fail(r, node, "%d vertices are not allowed; at least 3 are expected", line.count);

@@ -50,8 +50,8 @@ static hb_status check_ends(hb_scene_reader *r, const hb_node *node, const hb_ro
   for (int k = 0; rod->closing != HB_CLOSING_NONE && k < 2; k++) {
     const hb_node *child = hb_node_find(node, ends[k]);
     if (child)
-      return hb_scene_fail_key(r, child,
-                               "a closed rod has no %s; vertices and edges of it are held by \"supports\"", ends[k]);
+      return hb_scene_fail_key(
+          r, child, "a closed rod has no %s; vertices and edges of it are held by \"supports\"", ends[k]);
   }
   return HB_OK;
 }
@@ -126,7 +126,8 @@ static void keep_turns(const hb_scene_arc *arc, hb_rod_def *rod, int i) {
   rod->natural_twist[i] = l > 0 ? (twist - seen) / l : 0;
 }
 
-/* Directors of a rest shape that is closed, made to meet themselves: what they lack after one way around, evenly. */
+/* Directors of a rest shape that is closed, made to meet themselves: what they lack after one way around,
+ * evenly. */
 static void join_directors(const hb_scene_arc *arc, hb_rod_def *rod) {
   int n = rod->nv - 1;
   hb_v3 first = tangent_of(rod->rest, 0), last = tangent_of(rod->rest, n - 1);

@@ -57,8 +57,7 @@ static void measure_frames(hb_measure *probe, const hb_rod *rod, hb_frame *out) 
 static void measure_seam(const hb_rod *rod, hb_frame *out) {
   int first = rod->first, last = rod->first + rod->nv - 1;
   if (!rod->closed) return;
-  for (int c = 0; c < 3; c++)
-    out->curvature_binormal[3 * first + c] = out->curvature_binormal[3 * last + c];
+  for (int c = 0; c < 3; c++) out->curvature_binormal[3 * first + c] = out->curvature_binormal[3 * last + c];
   for (int c = 0; c < 4; c++) out->omega[4 * first + c] = out->omega[4 * last + c];
   out->curvature[first] = out->curvature[last];
   out->twist_density[first] = out->twist_density[last];

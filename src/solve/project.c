@@ -130,8 +130,8 @@ INLINED double left_of(const hb_model *m, const hb_length_effect *e, int slot, h
 
 /* Edge j, whose neighbour towards the middle, inner, is done: its unknown, and the vertex between the two.
  * outwards: +1 to the last edge, -1 to the first. Returns what is left of |C| of the inner edge. */
-INLINED double advance(const hb_model *m, const hb_rod *rod, hb_project_work *w, const hb_length_effect *e, int j,
-                       int outwards, wave *now) {
+INLINED double advance(const hb_model *m, const hb_rod *rod, hb_project_work *w, const hb_length_effect *e,
+                       int j, int outwards, wave *now) {
   int inner = j - outwards, o = rod->first;
   double unknown = (w->right[j] - w->link[inner] * now->unknown) * w->pivot[j];
   hb_v3 pull = hb_v3_scale(unknown, hb_v3_load(e->direction + 3 * j)), before = now->moved;
@@ -143,7 +143,8 @@ INLINED double advance(const hb_model *m, const hb_rod *rod, hb_project_work *w,
 }
 
 /* The vertex at the end: nothing pulls beyond it. */
-INLINED double arrive(const hb_model *m, const hb_rod *rod, const hb_length_effect *e, int outwards, const wave *now) {
+INLINED double arrive(const hb_model *m, const hb_rod *rod, const hb_length_effect *e, int outwards,
+                      const wave *now) {
   int edge = outwards > 0 ? rod->nv - 2 : 0, vertex = outwards > 0 ? rod->nv - 1 : 0, o = rod->first;
   hb_v3 none = {0, 0, 0};
   hb_v3 moved =
@@ -287,8 +288,8 @@ static hb_status iterate(const hb_model *model, const hb_rod *rod, double *x, do
     if (found.worst <= method->length_tolerance) return HB_OK;
     if (!(found.worst < HUGE_VAL) || result->iterations >= limit)
       return not_converged(model, rod, x, result, err);
-    double left = rod->closed ? hb_ring_apply(model, rod, w->right, &correction)
-                              : spread(model, rod, w, &correction);
+    double left =
+        rod->closed ? hb_ring_apply(model, rod, w->right, &correction) : spread(model, rod, w, &correction);
     result->iterations++;
     /* Nothing but round-off beyond what is left by the quadratic term: no need to look again. */
     if (found.full && left <= 0.25 * method->length_tolerance && found.worst < 1e-2 &&

@@ -20,7 +20,8 @@ static double look_at(const hb_length_system *s, int j, hb_length_finding *found
   double C = hb_inextensible_edge(s->x + 3 * k, s->m->rest_length[k], inv_rest, &g);
   hb_v3_store(s->w->gradient + 3 * j, g);
   if (s->kind == HB_RIGHT_GIVEN) return s->w->right[j];
-  if (s->kind == HB_RIGHT_RATES) return hb_v3_dot(g, hb_v3_sub(hb_v3_load(s->v + 3 * k + 3), hb_v3_load(s->v + 3 * k)));
+  if (s->kind == HB_RIGHT_RATES)
+    return hb_v3_dot(g, hb_v3_sub(hb_v3_load(s->v + 3 * k + 3), hb_v3_load(s->v + 3 * k)));
   double size = fabs(C) * (s->relative ? inv_rest : 1);
   if (!(size <= found->worst)) { /* also true for not-a-number */
     found->worst = size;
