@@ -4,8 +4,8 @@
  * order of the vertices so that the matrix is a band: vertex i at 5 i, 5 i + 1, 5 i + 2, the multiplier of
  * edge i - 1 at 5 i + 3, the turn of edge i at 5 i + 4. What is prescribed, or is no unknown of this rod, has
  * a row of its own with 1 on the diagonal. */
-#ifndef HB_STATICS_KKT_H
-#define HB_STATICS_KKT_H
+#ifndef HB_SOLVE_KKT_H
+#define HB_SOLVE_KKT_H
 
 #include "math/banded.h"
 #include "rod/rod.h"

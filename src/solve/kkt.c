@@ -1,4 +1,4 @@
-#include "statics/kkt.h"
+#include "solve/kkt.h"
 
 #include "base/memory.h"
 #include "force/force.h"
