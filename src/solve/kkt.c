@@ -1,4 +1,4 @@
-#include "solve/kkt.h"
+#include "solve/kkt_ring.h"
 
 #include "base/memory.h"
 #include "force/force.h"
@@ -44,7 +44,8 @@ hb_status hb_kkt_create(int nv, hb_kkt *k, hb_error *err) {
 void hb_kkt_free(hb_kkt *k) {
   hb_free(k->block);
   hb_free(k->unknown);
-  k->block = NULL;
+  hb_free(k->border_block);
+  k->block = k->border_block = k->border = NULL;
   k->unknown = NULL;
 }
 
@@ -53,6 +54,7 @@ void hb_kkt_begin(hb_kkt *k, const hb_model *m, const hb_rod *rod) {
   int o = rod->first;
   double arm = TURN_ARM * rod->length;
   k->matrix.n = k->factors.n = HB_KKT_STRIDE * rod->nv;
+  k->closed = rod->closed;
   hb_rod_free_angles(m, rod, k->unknown);
   k->constraints = 0;
   for (int i = 0; i < rod->nv; i++) {
@@ -73,8 +75,9 @@ static double natural_stiffness(const hb_model *m, const hb_rod *rod, const hb_s
                                 const hb_rod_work *w, int j, double lambda) {
   int k = rod->first + j;
   double inv = m->inv_rest_length[k], stiffness = 2 * fabs(lambda) * inv;
-  for (int i = j; i <= j + 1; i++) {
-    if (i == 0 || i + 1 == rod->nv) continue;
+  for (int end = j; end <= j + 1; end++) {
+    int i = end == 0 && rod->closed ? rod->nv - 1 : end;
+    if (i == 0 || i > rod->last_joint) continue;
     double alpha = m->alpha[rod->first + i], moment = rod->closed_form ? 0 : fabs(w->moment[i]);
     stiffness += inv * inv * (3 * alpha * inv + moment);
   }
@@ -141,7 +144,10 @@ static void find_pull(hb_kkt *kkt, const hb_rod *rod, const double *moved) {
   double *v = kkt->scratch;
   memset(v, 0, (size_t)kkt->matrix.n * sizeof *v);
   for (int i = 0; i < rod->nv; i++) memcpy(v + HB_KKT_STRIDE * i, moved + 3 * i, 3 * sizeof *v);
-  hb_band_multiply(&kkt->matrix, v, kkt->pull);
+  if (kkt->closed)
+    hb_kkt_ring_multiply(kkt, v, kkt->pull);
+  else
+    hb_band_multiply(&kkt->matrix, v, kkt->pull);
 }
 
 /* Leaves in kkt->right what the constraints put there: -C, and the pull of the added stiffness. */
@@ -153,7 +159,8 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
   if (hb_load_stiffness(model, rod, t, state->x, kkt->load)) add_loads(kkt, rod);
   add_lengths(kkt, model, rod, state, work, lambda);
   if (moved) find_pull(kkt, rod, moved);
-  for (int k = 0; k < kkt->matrix.n; k++) {
+  int last = kkt->matrix.n - (kkt->closed ? HB_KKT_STRIDE : 0); /* the last slot of a closed rod is the first */
+  for (int k = 0; k < last; k++) {
     bool multiplier = k % HB_KKT_STRIDE == HB_KKT_MULTIPLIER && k >= HB_KKT_STRIDE;
     if (multiplier || kkt->weight[k] != 0) continue;
     isolate(&kkt->matrix, k);
@@ -163,6 +170,7 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
 
 /* Pivots of edges between prescribed vertices are 0 and count as dropped; they are no constraints. */
 int hb_kkt_factor(hb_kkt *k, double shift) {
+  if (k->closed) return hb_kkt_ring_factor(k, shift) - k->constraints;
   size_t width = HB_KKT_HALF + 1;
   memcpy(k->factors.a, k->matrix.a, width * (size_t)k->matrix.n * sizeof(double));
   memset(k->factors.a + width * (size_t)k->matrix.n, 0, width * HB_KKT_HALF * sizeof(double));
@@ -172,4 +180,9 @@ int hb_kkt_factor(hb_kkt *k, double shift) {
 }
 
 /* Forwards and backwards. */
-void hb_kkt_solve(hb_kkt *k) { hb_band_solve(&k->factors, k->right); }
+void hb_kkt_solve(hb_kkt *k) {
+  if (k->closed)
+    hb_kkt_ring_solve(k);
+  else
+    hb_band_solve(&k->factors, k->right);
+}

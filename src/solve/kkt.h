@@ -26,11 +26,23 @@ typedef struct hb_kkt {
   int constraints;
   double *block;
   size_t bytes;
+  /* closed rods (docs/theory, 12.6): a matrix of n slots as that of an open rod, whose joint writes into the
+   * columns behind the last; hb_kkt_factor takes what belongs to the first unknowns out into a border */
+  bool closed;
+  double *border;       /* HB_KKT_BORDER rows of n + HB_KKT_HALF: couplings with the others, or NULL: no room */
+  double *spread;       /* the same: what the others do when one of the border is pulled at */
+  double *core;         /* HB_KKT_BORDER^2: what is left of the border's own block, inverted */
+  double *border_block; /* all three */
 } hb_kkt;
+
+/* The first unknowns: vertex 0, vertex 1, turn and multiplier of edge 0; one is none. */
+enum { HB_KKT_BORDER = 9 };
 
 /* For rods of up to nv vertices. */
 hb_status hb_kkt_create(int nv, hb_kkt *kkt, hb_error *err);
 void hb_kkt_free(hb_kkt *kkt);
+/* Room for closed rods too, after hb_kkt_create. */
+hb_status hb_kkt_add_border(hb_kkt *kkt, hb_error *err);
 
 /* Metric and unknowns of a rod; once per rod. */
 void hb_kkt_begin(hb_kkt *kkt, const hb_model *model, const hb_rod *rod);
@@ -47,7 +59,8 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
  * Negative: the multipliers' own pivots failed; a larger kkt->augment is needed. */
 int hb_kkt_factor(hb_kkt *kkt, double shift);
 
-/* Solves for kkt->right in place. */
+/* Solves for kkt->right in place. The two slots of the vertex where a closed rod's ends meet get the same answer;
+ * what stands in them at first is added up. */
 void hb_kkt_solve(hb_kkt *kkt);
 
 #endif
