@@ -159,7 +159,8 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
   if (hb_load_stiffness(model, rod, t, state->x, kkt->load)) add_loads(kkt, rod);
   add_lengths(kkt, model, rod, state, work, lambda);
   if (moved) find_pull(kkt, rod, moved);
-  int last = kkt->matrix.n - (kkt->closed ? HB_KKT_STRIDE : 0); /* the last slot of a closed rod is the first */
+  int last =
+      kkt->matrix.n - (kkt->closed ? HB_KKT_STRIDE : 0); /* the last slot of a closed rod is the first */
   for (int k = 0; k < last; k++) {
     bool multiplier = k % HB_KKT_STRIDE == HB_KKT_MULTIPLIER && k >= HB_KKT_STRIDE;
     if (multiplier || kkt->weight[k] != 0) continue;

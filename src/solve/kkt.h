@@ -29,9 +29,9 @@ typedef struct hb_kkt {
   /* closed rods (docs/theory, 12.6): a matrix of n slots as that of an open rod, whose joint writes into the
    * columns behind the last; hb_kkt_factor takes what belongs to the first unknowns out into a border */
   bool closed;
-  double *border;       /* HB_KKT_BORDER rows of n + HB_KKT_HALF: couplings with the others, or NULL: no room */
-  double *spread;       /* the same: what the others do when one of the border is pulled at */
-  double *core;         /* HB_KKT_BORDER^2: what is left of the border's own block, inverted */
+  double *border; /* HB_KKT_BORDER rows of n + HB_KKT_HALF: couplings with the others, or NULL: no room */
+  double *spread; /* the same: what the others do when one of the border is pulled at */
+  double *core;   /* HB_KKT_BORDER^2: what is left of the border's own block, inverted */
   double *border_block; /* all three */
 } hb_kkt;
 
@@ -59,8 +59,8 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
  * Negative: the multipliers' own pivots failed; a larger kkt->augment is needed. */
 int hb_kkt_factor(hb_kkt *kkt, double shift);
 
-/* Solves for kkt->right in place. The two slots of the vertex where a closed rod's ends meet get the same answer;
- * what stands in them at first is added up. */
+/* Solves for kkt->right in place. The two slots of the vertex where a closed rod's ends meet get the same
+ * answer; what stands in them at first is added up. */
 void hb_kkt_solve(hb_kkt *kkt);
 
 #endif

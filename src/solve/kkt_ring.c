@@ -1,6 +1,7 @@
 /* A closed rod's matrix is that of an open one whose slots behind the last vertex are once more the first two
- * vertices. The unknowns of those two, nine columns, are a border: the rest is a band, factored as ever; what is
- * left of the border's own block after elimination is small and dense, and its eigenvalues tell its inertia. */
+ * vertices. The unknowns of those two, nine columns, are a border: the rest is a band, factored as ever; what
+ * is left of the border's own block after elimination is small and dense, and its eigenvalues tell its
+ * inertia. */
 #include "solve/kkt_ring.h"
 
 #include "base/memory.h"
@@ -28,8 +29,8 @@ hb_status hb_kkt_add_border(hb_kkt *k, hb_error *err) {
 /* Length of a row of the border. */
 static size_t row_width(const hb_kkt *k) { return (size_t)HB_KKT_STRIDE * (size_t)k->capacity + HB_KKT_HALF; }
 
-/* Which unknown the unknown number k is: itself, or of the border. The multiplier behind the last vertex is that
- * of the last edge. */
+/* Which unknown the unknown number k is: itself, or of the border. The multiplier behind the last vertex is
+ * that of the last edge. */
 static int fold(const hb_kkt *kkt, int k) {
   int last = kkt->matrix.n - HB_KKT_STRIDE;
   return k >= last && k != last + HB_KKT_MULTIPLIER ? k - last : k;
@@ -98,8 +99,8 @@ static void diagonalise(double a[B][B], double v[B][B]) {
       }
 }
 
-/* Inverts the symmetric matrix; parts of it that are round-off of what it was made of are left out. Rows are of
- * different units: brought to the same size first. Returns the number of negative eigenvalues. */
+/* Inverts the symmetric matrix; parts of it that are round-off of what it was made of are left out. Rows are
+ * of different units: brought to the same size first. Returns the number of negative eigenvalues. */
 static int invert(double a[B][B], double made[B][B], double *out) {
   double scale[B], v[B][B], noise[B];
   int negative = 0;
