@@ -96,7 +96,9 @@ size_t hb_state_field_size(const hb_model *model, const hb_state_field *field);
 hb_status hb_state_create(const hb_model *model, hb_state **out, hb_error *err);
 void hb_state_free(hb_state *state);
 void hb_state_copy(hb_state *to, const hb_state *from); /* same model */
-uint64_t hb_state_hash(const hb_state *state);          /* FNV-1a over the bytes of the block */
+/* Copies all that belongs to one rod, but not the scalars, which belong to none. */
+void hb_state_copy_rod(const hb_model *model, const hb_rod *rod, hb_state *to, const hb_state *from);
+uint64_t hb_state_hash(const hb_state *state); /* FNV-1a over the bytes of the block */
 
 #ifdef __cplusplus
 }

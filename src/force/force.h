@@ -36,4 +36,10 @@ const hb_force_def *hb_load_first_moving(const hb_model *model, const hb_rod *ro
  * rod, by central differences of the formulas. False: no load depends on place, and all are 0. */
 bool hb_load_stiffness(const hb_model *model, const hb_rod *rod, double t, const double *x, double *out);
 
+/* drag.c: for implicit steps */
+/* Minus the derivative of the loads' force on each vertex by its own velocity, as x and v (3 per slot) are:
+ * symmetric, not negative, 9 per vertex of the rod. False: no load depends on velocity, and all are 0. */
+bool hb_load_drag(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
+                  double *out);
+
 #endif
