@@ -72,6 +72,8 @@ void hb_kkt_begin(hb_kkt *k, const hb_model *m, const hb_rod *rod) {
     for (int c = -3; i > 0 && c < 3; c++) any = any || free[c] != 0;
     k->constraints += any;
   }
+  for (int p = 0; k->closed && p < HB_KKT_BORDER; p++)
+    k->border_unknown[p] = k->weight[p] != 0 || p == HB_KKT_STRIDE + HB_KKT_MULTIPLIER;
 }
 
 /* How stiff an edge is across its direction, from all that acts there: what is added along it is a multiple
@@ -151,10 +153,15 @@ static void find_pull(hb_kkt *kkt, const hb_rod *rod, const double *moved) {
   double *v = kkt->scratch;
   memset(v, 0, (size_t)kkt->matrix.n * sizeof *v);
   for (int i = 0; i < rod->nv; i++) memcpy(v + kkt->stride * i, moved + 3 * i, 3 * sizeof *v);
+  hb_kkt_multiply(kkt, v, kkt->pull);
+}
+
+/* Open or closed. */
+void hb_kkt_multiply(const hb_kkt *kkt, const double *v, double *out) {
   if (kkt->closed)
-    hb_kkt_ring_multiply(kkt, v, kkt->pull);
+    hb_kkt_ring_multiply(kkt, v, out);
   else
-    hb_band_multiply(&kkt->matrix, v, kkt->pull);
+    hb_band_multiply(&kkt->matrix, v, out);
 }
 
 /* Leaves in kkt->right what the constraints put there: -C, and the pull of the added stiffness. */

@@ -29,15 +29,8 @@ hb_status hb_kkt_add_border(hb_kkt *k, hb_error *err) {
 /* Length of a row of the border. */
 static size_t row_width(const hb_kkt *k) { return (size_t)HB_KKT_STRIDE * (size_t)k->capacity + HB_KKT_HALF; }
 
-/* Which unknown the unknown number k is: itself, or of the border. The multiplier behind the last vertex is
- * that of the last edge. */
-static int fold(const hb_kkt *kkt, int k) {
-  int last = kkt->matrix.n - HB_KKT_STRIDE;
-  return k >= last && k != last + HB_KKT_MULTIPLIER ? k - last : k;
-}
-
 /* Is it one of the border, as it stands or folded? */
-static bool in_border(const hb_kkt *kkt, int k) { return fold(kkt, k) < B; }
+static bool in_border(const hb_kkt *kkt, int k) { return hb_kkt_fold(kkt, k) < B; }
 
 /* Moves every entry that has to do with the border out of the band, which gets rows of the identity there. */
 static void take_out(hb_kkt *kkt, double core[B][B]) {
@@ -49,7 +42,7 @@ static void take_out(hb_kkt *kkt, double core[B][B]) {
     if (c == B && from > B) c = from; /* nothing between */
     double *column = K->a + width * (size_t)c;
     for (int k = 0; k <= K->half && c + k < end; k++) {
-      int r = fold(kkt, c + k), q = fold(kkt, c);
+      int r = hb_kkt_fold(kkt, c + k), q = hb_kkt_fold(kkt, c);
       double value = column[k];
       if (r >= B && q >= B) continue;
       column[k] = 0;
@@ -64,11 +57,6 @@ static void take_out(hb_kkt *kkt, double core[B][B]) {
     }
     if (c < K->n && in_border(kkt, c)) column[0] = 1;
   }
-}
-
-/* Is unknown k of the border one at all? */
-static bool unknown(const hb_kkt *kkt, int k) {
-  return kkt->weight[k] != 0 || k == HB_KKT_STRIDE + HB_KKT_MULTIPLIER;
 }
 
 /* Eigenvalues of a small symmetric matrix by Jacobi's rotations: a becomes diagonal, v its eigenvectors. */
@@ -136,7 +124,7 @@ int hb_kkt_ring_factor(hb_kkt *k, double shift) {
   for (int j = 0; j < k->matrix.n; j++) k->factors.a[width * (size_t)j] += shift * k->weight[j];
   take_out(k, core);
   for (int p = 0; p < B; p++) {
-    if (unknown(k, p)) continue;
+    if (k->border_unknown[p]) continue;
     for (int q = 0; q < B; q++) core[p][q] = core[q][p] = p == q;
     memset(k->border + row * (size_t)p, 0, row * sizeof(double));
   }
@@ -168,12 +156,12 @@ void hb_kkt_ring_solve(hb_kkt *k) {
   double own[B], answer[B], *right = k->right;
   for (int p = 0; p < B; p++) own[p] = right[p];
   for (int j = last; j < n; j++)
-    if (in_border(k, j)) own[fold(k, j)] += right[j];
+    if (in_border(k, j)) own[hb_kkt_fold(k, j)] += right[j];
   for (int j = 0; j < n; j++)
     if (in_border(k, j)) right[j] = 0;
   hb_band_solve(&k->factors, right);
   for (int p = 0; p < B; p++) {
-    if (!unknown(k, p)) own[p] = 0;
+    if (!k->border_unknown[p]) own[p] = 0;
     const double *a = k->border + row * (size_t)p;
     for (int j = B; j < n; j++) own[p] -= a[j] * right[j];
   }
@@ -187,7 +175,7 @@ void hb_kkt_ring_solve(hb_kkt *k) {
   }
   for (int p = 0; p < B; p++) right[p] = answer[p];
   for (int j = last; j < n; j++)
-    if (in_border(k, j)) right[j] = answer[fold(k, j)];
+    if (in_border(k, j)) right[j] = answer[hb_kkt_fold(k, j)];
 }
 
 /* The band over one slot more, which has the entries of the second vertex. */

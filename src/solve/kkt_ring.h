@@ -8,8 +8,7 @@
 int hb_kkt_ring_factor(hb_kkt *kkt, double shift);
 /* As hb_kkt_solve. */
 void hb_kkt_ring_solve(hb_kkt *kkt);
-/* out = K v. Both slots of the vertex where the ends meet have the same entries in v; the rows of `out` in
- * the last of them are parts, to be added to those of the first. */
+/* As hb_kkt_multiply. */
 void hb_kkt_ring_multiply(const hb_kkt *kkt, const double *v, double *out);
 
 #endif

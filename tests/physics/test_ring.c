@@ -1,5 +1,6 @@
 /* Rings against what is known of them: energies, tension of a spinning ring, and the loads at which they
  * leave their plane (catalogue: V13, V14, V15, V33). */
+#include "hebra/modes.h"
 #include "hebra/scene.h"
 #include "hebra/sim.h"
 #include "hebra/statics.h"
@@ -175,10 +176,62 @@ static void test_linked_ring(void **state) {
   }
 }
 
+/* Modes of a ring that is a ring by nature: omega^2 R^4 rho A/alpha in its plane (Hoppe 1871) and out of it
+ * (Love, Treatise, art. 293), both for every number of waves k >= 2, each twice. */
+static double exact_square(int waves, bool out_of_plane, double G) {
+  double k = waves * waves;
+  return k * (k - 1) * (k - 1) / (out_of_plane ? k + 1 / G : k + 1);
+}
+
+/* The largest error of the first three frequencies of both kinds, relative. */
+static double mode_error(int n, double G) {
+  trial t;
+  char text[2][64];
+  const char *settings[] = {text[0], text[1], "parameters.natural=1", "parameters.twist=0"};
+  hb_error err;
+  hb_equilibrium at;
+  hb_modes modes;
+  hb_equilibrium_options options = hb_equilibrium_defaults(0);
+  double worst = 0;
+  snprintf(text[0], sizeof text[0], "parameters.n=%d", n);
+  snprintf(text[1], sizeof text[1], "parameters.G=%.17g", G);
+  begin(&t, settings, 4);
+  options.any = true;
+  if (hb_sim_find_equilibrium(t.sim, &options, &at, &err)) fail_msg("%s", err.text);
+  if (hb_sim_find_modes(t.sim, &at, 18, &modes, &err)) fail_msg("%s", err.text);
+  for (int k = 0; k < 6; k++) assert_near(modes.mode[k].square, 0, 1e-7); /* the ring as a whole */
+  assert_int_equal(modes.unstable, 0);
+  assert_int_equal(modes.freedom, 3 * n - n);
+  for (int k = 0; k < 12; k++) { /* k = 2, 3, 4: out of the plane first, then in it */
+    bool out_of_plane = k % 4 < 2;
+    double expected = exact_square(2 + k / 4, out_of_plane, G) * 1 / 0.1, found = modes.mode[6 + k].square,
+           flat = 0;
+    worst = fmax(worst, fabs(found / expected - 1));
+    for (int i = 0; i <= n; i++) flat = fmax(flat, fabs(modes.mode[6 + k].shape[3 * i + 2]));
+    assert_true(out_of_plane ? flat > 0.1 : flat < 1e-6);
+  }
+  hb_modes_free(&modes);
+  hb_equilibrium_free(&at);
+  trial_end(&t);
+  return worst;
+}
+
+/* Second order. */
+static void test_frequencies(void **state) {
+  (void)state;
+  for (int k = 0; k < 2; k++) {
+    double G = k ? 0.5 : 0.8, coarse = mode_error(50, G), fine = mode_error(100, G);
+    say("modes: beta/alpha %.1f: omega^2 off by %.4f %% at 50 edges, %.4f %% at 100\n", G, 100 * coarse,
+        100 * fine);
+    assert_at_most(fine, 0.02);
+    assert_near(log2(coarse / fine), 2, 0.05);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {cmocka_unit_test(test_michell), cmocka_unit_test(test_michell_ratios),
-                                     cmocka_unit_test(test_overcurved),
-                                     cmocka_unit_test(test_energy_and_spin),
-                                     cmocka_unit_test(test_linked_ring)};
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(test_michell),     cmocka_unit_test(test_michell_ratios),
+      cmocka_unit_test(test_overcurved),  cmocka_unit_test(test_energy_and_spin),
+      cmocka_unit_test(test_linked_ring), cmocka_unit_test(test_frequencies)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
