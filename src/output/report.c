@@ -83,7 +83,7 @@ static void balance(hb_json *json, const hb_frame *start, const hb_frame *end) {
 /* Twist of one rod: sum over its vertices, and the range of the twisting moment. */
 static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
   double total = 0, least = HUGE_VAL, most = -HUGE_VAL;
-  for (int i = rod->first + 1; i < rod->first + rod->nv - 1; i++) {
+  for (int i = rod->first + 1; i <= rod->first + rod->last_joint; i++) {
     total += frame->twist[i];
     least = fmin(least, frame->twisting_moment[i]);
     most = fmax(most, frame->twisting_moment[i]);
@@ -94,8 +94,18 @@ static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
   hb_json_number(json, "twisting_moment_most", most);
 }
 
+/* Three numbers. */
+void hb_report_link(hb_json *json, const char *key, const hb_model *model, int rod, const hb_frame *frame) {
+  static const char *const names[] = {"linking_number", "twist", "writhe"};
+  double link[3];
+  hb_frame_rod_link(model, frame, rod, link);
+  hb_json_object(json, key);
+  for (int c = 0; c < 3; c++) hb_json_number(json, names[c], link[c]);
+  hb_json_object_end(json);
+}
+
 /* All rods. */
-static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
+static void rods(hb_json *json, const hb_model *model, const hb_frame *start, const hb_frame *frame) {
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
     const hb_rod *rod = &model->rods[r];
@@ -116,6 +126,8 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
     rod_twist(json, rod, frame);
+    if (rod->closed) hb_report_link(json, "link_start", model, r, start);
+    if (rod->closed) hb_report_link(json, "link", model, r, frame);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
@@ -235,7 +247,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   scene(&json, model);
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end);
-  rods(&json, model, end);
+  rods(&json, model, start, end);
   cost(&json, sim, facts->wall_seconds, facts->peak_bytes);
   warnings(&json, sim, start, end, facts->largest_energy);
   hb_json_text(&json, "source", model->def->source);
