@@ -195,12 +195,13 @@ bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const
                              double largest_energy, char text[HB_REPORT_SENTENCE]) {
   const char *integrator = model->def->method.integrator;
   double allowed = integrator && strcmp(integrator, "symplectic-euler") == 0 ? 0.2 : 0.05;
+  bool damps = integrator && strcmp(integrator, "backward-euler") == 0; /* what is missing was meant to be */
   double before = start->kinetic + start->bending + start->twisting;
   double after = end->kinetic + end->bending + end->twisting;
   double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
   scale = fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
   text[0] = 0;
-  if (fabs(end->balance) <= allowed * scale) return false;
+  if (fabs(end->balance) <= allowed * scale || (damps && end->balance < 0)) return false;
   snprintf(
       text, HB_REPORT_SENTENCE,
       "the books of energy do not close: %.3g is missing or too much, %.2g %% of the largest energy or work "
@@ -233,6 +234,12 @@ static void warnings(hb_json *json, const hb_sim *sim, const hb_frame *start, co
   hb_json_integer(json, "folds", (long long)scalar[HB_S_FOLDS]);
   hb_json_integer(json, "first_order_fallbacks", (long long)scalar[HB_S_FALLBACKS]);
   hb_json_integer(json, "twist_saddles_left", (long long)scalar[HB_S_SADDLES]);
+  if (hb_method_is_implicit(&hb_sim_model(sim)->def->method)) {
+    hb_json_integer(json, "newton_steps", (long long)scalar[HB_S_NEWTON]);
+    hb_json_integer(json, "factorisations", (long long)scalar[HB_S_FACTORISATIONS]);
+    hb_json_integer(json, "pieces", (long long)scalar[HB_S_PIECES]);
+    hb_json_integer(json, "pieces_rejected", (long long)scalar[HB_S_REJECTED]);
+  }
 }
 
 /* The whole report. */
