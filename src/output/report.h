@@ -4,6 +4,7 @@
 
 #include "hebra/output.h"
 #include "hebra/statics.h"
+#include "output/json.h"
 
 #define HB_REPORT_SENTENCE 400
 
@@ -23,6 +24,9 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
 /* The same for an equilibrium, whose frame is measured by hb_sim_measure_equilibrium. */
 hb_status hb_report_equilibrium(const char *path, const hb_model *model, const hb_frame *frame,
                                 const hb_equilibrium *found, double wall_seconds, hb_error *err);
+
+/* Title, program, version, file and parameters of the scene, as every report begins. */
+void hb_report_scene(hb_json *json, const hb_model *model);
 
 /* A sentence if the time step is above the stable step of the model (hb_model_stable_step). False: it is not,
  * and text is empty. */

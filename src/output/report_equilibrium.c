@@ -7,7 +7,7 @@
 #include <math.h>
 
 /* What was solved. */
-static void scene(hb_json *json, const hb_model *model) {
+void hb_report_scene(hb_json *json, const hb_model *model) {
   const hb_scene_def *def = model->def;
   hb_json_text(json, "title", def->title ? def->title : "");
   hb_json_text(json, "program", "hebra");
@@ -105,7 +105,7 @@ hb_status hb_report_equilibrium(const char *path, const hb_model *model, const h
   hb_status status = hb_file_begin(path, &file, err);
   if (status != HB_OK) return status;
   hb_json_begin(&json, file.stream);
-  scene(&json, model);
+  hb_report_scene(&json, model);
   hb_json_number(&json, "time", frame->time);
   hb_json_number(&json, "wall_seconds", wall_seconds);
   balance(&json, found);
