@@ -16,6 +16,9 @@ typedef struct hb_report_facts {
   double largest_energy; /* largest sum of kinetic, bending and twisting energy in any frame, 0 if unknown */
 } hb_report_facts;
 
+/* Members that every report begins with: title, program, version, scene file, parameters. */
+void hb_report_scene(hb_json *json, const hb_model *model);
+
 /* Writes report.json to path (whole or not at all): what was run, how it ended, and how well the books
  * balance. start, end: frames measured at the beginning and the end. */
 hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *start, const hb_frame *end,
@@ -24,9 +27,6 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
 /* The same for an equilibrium, whose frame is measured by hb_sim_measure_equilibrium. */
 hb_status hb_report_equilibrium(const char *path, const hb_model *model, const hb_frame *frame,
                                 const hb_equilibrium *found, double wall_seconds, hb_error *err);
-
-/* Title, program, version, file and parameters of the scene, as every report begins. */
-void hb_report_scene(hb_json *json, const hb_model *model);
 
 /* A sentence if the time step is above the stable step of the model (hb_model_stable_step). False: it is not,
  * and text is empty. */

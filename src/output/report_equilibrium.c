@@ -6,19 +6,6 @@
 
 #include <math.h>
 
-/* What was solved. */
-void hb_report_scene(hb_json *json, const hb_model *model) {
-  const hb_scene_def *def = model->def;
-  hb_json_text(json, "title", def->title ? def->title : "");
-  hb_json_text(json, "program", "hebra");
-  hb_json_text(json, "version", HB_VERSION);
-  hb_json_text(json, "scene_file", def->path);
-  hb_json_object(json, "parameters");
-  for (int k = 0; k < def->parameter_count; k++)
-    hb_json_number(json, def->parameters[k].name, def->parameters[k].value);
-  hb_json_object_end(json);
-}
-
 /* How well it balances, and how stable it is. */
 static void balance(hb_json *json, const hb_equilibrium *found) {
   hb_json_object(json, "equilibrium");

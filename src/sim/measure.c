@@ -32,7 +32,7 @@ static void measure_frames(hb_measure *probe, const hb_rod *rod, hb_frame *out) 
   const double *m1 = rod->closed_form ? w->m1 : probe->state->m1 + 3 * o;
   double theta = first_angle(probe, rod, m1);
   hb_frames_bishop(rod, w, probe->state->anchor_m1 + 3 * rod->index, out->bishop_u + 3 * o);
-  for (int j = 0; j + 1 < rod->nv; j++) {
+  for (int j = 0; j <= rod->last_joint; j++) {
     int k = o + j;
     hb_v3 t = hb_v3_load(w->tangent + 3 * j), d = hb_v3_load(m1 + 3 * j),
           u = hb_v3_load(out->bishop_u + 3 * k);
@@ -52,10 +52,24 @@ static void measure_frames(hb_measure *probe, const hb_rod *rod, hb_frame *out) 
   }
 }
 
+/* The joint of a closed rod stands in the last slot; its vertex is also that of the first, and the two share
+ * what is summed up. */
+static void measure_seam(const hb_rod *rod, hb_frame *out) {
+  int first = rod->first, last = rod->first + rod->nv - 1;
+  if (!rod->closed) return;
+  for (int c = 0; c < 3; c++) out->curvature_binormal[3 * first + c] = out->curvature_binormal[3 * last + c];
+  for (int c = 0; c < 4; c++) out->omega[4 * first + c] = out->omega[4 * last + c];
+  out->curvature[first] = out->curvature[last];
+  out->twist_density[first] = out->twist_density[last];
+  out->twisting_moment[first] = out->twisting_moment[last];
+  out->energy_bending[first] = out->energy_bending[last] = 0.5 * out->energy_bending[last];
+  out->energy_twisting[first] = out->energy_twisting[last] = 0.5 * out->energy_twisting[last];
+}
+
 /* Curvatures and elastic energies of the interior vertices. */
 static void measure_elastic(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   const hb_model *m = probe->model;
-  for (int k = rod->first + 1; k + 1 < rod->first + rod->nv; k++) {
+  for (int k = rod->first + 1; k <= rod->first + rod->last_joint; k++) {
     hb_v3 t = hb_v3_load(out->tangent + 3 * k - 3), n = hb_v3_load(out->tangent + 3 * k);
     hb_v3 kb = hb_v3_scale(2 / fmax(1 + hb_v3_dot(t, n), HB_FOLD_LIMIT), hb_v3_cross(t, n));
     double bending = 0;
@@ -73,6 +87,7 @@ static void measure_elastic(const hb_measure *probe, const hb_rod *rod, hb_frame
     out->energy_bending[k] = 0.5 * bending / m->voronoi[k];
     out->energy_twisting[k] = 0.5 * out->twisting_moment[k] * (out->twist[k] - m->rest_twist[k]);
   }
+  measure_seam(rod, out);
 }
 
 /* Accelerations of prescribed vertices: difference of their exact velocities one time step before and after
