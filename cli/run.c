@@ -226,6 +226,7 @@ static hb_status begin_recording(run *r, hb_error *err) {
                          .checkpoint = r->checkpoint,
                          .checkpoint_seconds = r->def.output.checkpoint_seconds,
                          .threaded = !r->watch && hb_processors() > 1,
+                         .fields = r->watch ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) : 0,
                          .seen = see_frame,
                          .context = r};
   return hb_recorder_create(r->model, &plan, &r->recorder, err);
@@ -237,6 +238,7 @@ static hb_status prepare(run *r, hb_error *err) {
   if (!status) status = read_scene(r, err);
   if (!status) r->def.method.lanes = cli_lanes();
   r->def.method.threads = r->opt.threads;
+  if (!r->def.output.fields) r->def.output.fields = hb_field_groups[1].fields; /* not said: standard */
   if (!status) status = hb_model_create(&r->def, &r->model, err);
   if (!status) status = hb_sim_create(r->model, &r->sim, err);
   if (!status) status = hb_frame_create(r->model, &r->start, err);
@@ -324,6 +326,7 @@ static hb_status simulate(run *r, hb_error *err) {
     status = writing.status;
   }
   r->frames = hb_recorder_frames(r->recorder);
+  hb_recorder_complete(r->recorder);
   return status;
 }
 

@@ -139,6 +139,8 @@ typedef struct hb_method_def {
 typedef struct hb_output_def {
   int every;                 /* steps between frames, >= 1 */
   double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
+  uint64_t fields;           /* HB_FIELD_BIT of those that the trajectory holds; 0: not said */
+  bool single;               /* fields in the trajectory are floats */
 } hb_output_def;
 
 /* A whole scene. */

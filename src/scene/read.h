@@ -4,6 +4,7 @@
 #define HB_SCENE_READ_H
 
 #include "hebra/scene.h"
+#include "hebra/sim.h"
 #include "scene/tree.h"
 
 /* One entry of the list of rods and what became of it. */
