@@ -12,11 +12,13 @@ const cli_point *cli_case_points(const cli_validation *v, const cli_case *c) {
   return NULL;
 }
 
-/* "P = 3, n = 41" from the column of vary; numbers and words as they are written. */
+/* "P = 3, Q = 1" from the column of vary, as it is written: parameters of the scene, or the first setting if none of
+ * them is one. */
 void cli_case_label(const cli_case *c, int variant, char *text, size_t size) {
   text[0] = 0;
   for (int k = 0; c->vary && k < c->vary->count; k++) {
     size_t used = strlen(text);
+    if (strpbrk(c->vary->children[k]->key, ".[") && (k > 0 || c->vary->count > 1)) continue;
     snprintf(text + used, size - used, "%s%s = %s", used ? ", " : "", c->vary->children[k]->key,
              c->vary->children[k]->children[variant]->text);
   }
