@@ -117,7 +117,7 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
 }
 
 /* Iterations, times, memory. */
-static void cost(hb_json *json, const hb_sim *sim, double wall_seconds, size_t peak_bytes) {
+static void cost(hb_json *json, const hb_sim *sim, const hb_report_facts *facts) {
   const double *scalar = hb_sim_const_state(sim)->scalar;
   double seconds[HB_STAGE_COUNT] = {0}, steps = (double)hb_sim_steps(sim);
   hb_sim_stage_seconds(sim, seconds);
@@ -126,14 +126,16 @@ static void cost(hb_json *json, const hb_sim *sim, double wall_seconds, size_t p
   hb_json_number(json, "twist_newton", steps > 0 ? scalar[HB_S_TWIST_ITERATIONS] / steps : 0);
   hb_json_object_end(json);
   hb_json_object(json, "seconds");
-  hb_json_number(json, "wall", wall_seconds);
+  hb_json_number(json, "wall", facts->wall_seconds);
+  hb_json_number(json, "stepping_thread", facts->stepping_seconds);
+  hb_json_number(json, "writing_thread", facts->writing_seconds);
   for (int k = 0; k < HB_STAGE_COUNT; k++) hb_json_number(json, hb_stage_names[k], seconds[k]);
   hb_json_object_end(json);
   hb_json_number(json, "ns_per_vertex_and_step",
-                 steps > 0 ? 1e9 * wall_seconds / (steps * hb_sim_model(sim)->nv) : HUGE_VAL);
+                 steps > 0 ? 1e9 * facts->wall_seconds / (steps * hb_sim_model(sim)->nv) : HUGE_VAL);
   hb_json_object(json, "memory_bytes");
   hb_json_integer(json, "simulation", (long long)hb_sim_memory(sim));
-  hb_json_integer(json, "process_peak", (long long)peak_bytes);
+  hb_json_integer(json, "process_peak", (long long)facts->peak_bytes);
   hb_json_object_end(json);
 }
 
@@ -231,7 +233,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end);
   rods(&json, model, end);
-  cost(&json, sim, facts->wall_seconds, facts->peak_bytes);
+  cost(&json, sim, facts);
   warnings(&json, sim, start, end, facts->largest_energy);
   hb_json_text(&json, "source", model->def->source);
   hb_json_end(&json);

@@ -10,6 +10,8 @@
 /* What the report cannot read off the simulation. */
 typedef struct hb_report_facts {
   double wall_seconds;     /* of the whole run */
+  double stepping_seconds; /* of processor, that the thread which steps has used; 0 if unknown */
+  double writing_seconds;  /* the same for the thread that measures and writes */
   size_t peak_bytes;       /* largest memory of the process, 0 if unknown */
   const char *stop_reason; /* one sentence or word, e.g. "finished"; NULL gives null */
   double largest_energy; /* largest sum of kinetic, bending and twisting energy in any frame, 0 if unknown */

@@ -29,9 +29,10 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
   hb_status status = find_integrator(sim, err);
   if (!status) status = hb_state_create(model, &sim->state, err);
   if (!status) status = hb_stepper_init(&sim->stepper, model, sim->state, hb_force_terms, err);
+  double *const lent[3] = {sim->stepper.v_predicted, sim->stepper.v_old, sim->stepper.x_old};
   if (!status)
-    status = hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work,
-                             sim->stepper.v_predicted, sim->stepper.x_old, err);
+    status =
+        hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work, lent, err);
   if (!status) status = hb_sim_start(sim, err);
   if (!status) status = hb_stepper_use_lanes(&sim->stepper, err);
   if (status) {
