@@ -402,6 +402,8 @@ static int finish(run *r, hb_status status, hb_error *err) {
   if (!r->opt.quiet)
     fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
             cli_progress_seconds(&r->progress));
+  hb_report_books(r->model, r->start, r->frame, r->largest_energy, text);
+  if (!r->opt.quiet) fprintf(stderr, "%s\n", text);
   if (!r->opt.quiet && hb_report_books_warning(r->model, r->start, r->frame, r->largest_energy, text))
     fprintf(stderr, "warning: %s\n", text);
   if (!status) return CLI_DONE;

@@ -33,7 +33,9 @@ double hb_sim_initial_correction(const hb_sim *sim);
 double hb_sim_time(const hb_sim *sim);
 long hb_sim_steps(const hb_sim *sim);
 long hb_sim_total_steps(const hb_sim *sim); /* ceil(duration / time_step - 1e-9) */
-size_t hb_sim_memory(const hb_sim *sim);    /* bytes of state and workspace */
+/* Bytes of state and workspaces, those of all threads counted (without their stacks); the model and what
+ * measures on other threads (hb_measure_create) are not in it. */
+size_t hb_sim_memory(const hb_sim *sim);
 /* Seconds spent per stage, extrapolated from the timed steps. Only if hb_sim_time_stages(sim, n): time every
  * n-th step. */
 void hb_sim_time_stages(hb_sim *sim, int every);

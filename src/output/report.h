@@ -30,6 +30,11 @@ hb_status hb_report_equilibrium(const char *path, const hb_model *model, const h
  * and text is empty. */
 bool hb_report_step_warning(const hb_model *model, char text[HB_REPORT_SENTENCE]);
 
+/* One line with the whole energy balance at the end: kinetic and stored energy, what was there at the start,
+ * work of loads and supports, dissipation, and what the scheme itself made or lost. */
+void hb_report_books(const hb_model *model, const hb_frame *start, const hb_frame *end, double largest_energy,
+                     char text[HB_REPORT_SENTENCE]);
+
 /* A sentence if the energy balance at the end is more than 5 % (first-order schemes: 20 %) of the largest of
  * the change of energy, the work done and the largest energy seen: then the answer is not to be trusted.
  * False: the books close, and text is empty. */

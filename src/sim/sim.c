@@ -84,13 +84,10 @@ long hb_sim_total_steps(const hb_sim *sim) {
   return (long)ceil(method->duration / method->time_step - 1e-9);
 }
 
-/* State and workspace. */
+/* State and workspaces; measuring borrows them. */
 size_t hb_sim_memory(const hb_sim *sim) {
-  size_t n = (size_t)sim->model->nv;
-  size_t stepper = (9 + (sim->model->any_follower ? 3 : 0)) * n * sizeof(double);
-  size_t lanes = sim->stepper.plan ? sim->stepper.plan->bytes : 0;
-  return lanes + sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes +
-         sim->stepper.project_work.bytes + stepper;
+  return sizeof *sim + sizeof *sim->state + sim->state->count * sizeof(double) +
+         hb_stepper_memory(&sim->stepper);
 }
 
 /* 0 switches the clocks off. */
