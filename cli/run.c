@@ -1,4 +1,5 @@
 /* hebra run: simulate a scene, or go on from a checkpoint. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "base/threads.h"
 #include "cli/advice.h"
@@ -50,6 +51,7 @@ typedef struct run {
   cli_progress progress;
   long frames;
   double largest_energy; /* in any frame so far */
+  double stepping;       /* seconds of processor of the thread that steps */
 } run;
 
 /* Parses argv; an exit status, or -1 to go on. */
@@ -320,7 +322,9 @@ static hb_status step_through(run *r, hb_error *err) {
  * something else ended it. */
 static hb_status simulate(run *r, hb_error *err) {
   hb_error writing = {HB_OK, ""};
+  double begun = hb_clock_thread();
   hb_status status = step_through(r, err);
+  r->stepping = hb_clock_thread() - begun;
   if (hb_recorder_wait(r->recorder, &writing)) {
     *err = writing;
     status = writing.status;
@@ -340,6 +344,8 @@ static int finish(run *r, hb_status status, hb_error *err) {
   hb_status closing = hb_writer_close(r->writer, &later);
   r->writer = NULL;
   hb_report_facts facts = {.wall_seconds = cli_progress_seconds(&r->progress),
+                           .stepping_seconds = r->stepping,
+                           .writing_seconds = hb_recorder_seconds(r->recorder),
                            .peak_bytes = (size_t)usage.ru_maxrss * 1024,
                            .stop_reason = status ? err->text : "finished",
                            .largest_energy = r->largest_energy};
@@ -353,6 +359,8 @@ static int finish(run *r, hb_status status, hb_error *err) {
   if (!r->opt.quiet)
     fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
             cli_progress_seconds(&r->progress));
+  hb_report_books(r->model, r->start, r->frame, r->largest_energy, text);
+  if (!r->opt.quiet) fprintf(stderr, "%s\n", text);
   if (!r->opt.quiet && hb_report_books_warning(r->model, r->start, r->frame, r->largest_energy, text))
     fprintf(stderr, "warning: %s\n", text);
   if (!status) return CLI_DONE;
