@@ -4,6 +4,7 @@
 #include "base/threads.h"
 #include "cli/advice.h"
 #include "cli/cli.h"
+#include "cli/links.h"
 #include "cli/progress.h"
 #include "cli/watch.h"
 #include "output/file.h"
@@ -49,6 +50,7 @@ typedef struct run {
   hb_recorder *recorder; /* between its creation and finish, writer and frame are its own */
   cli_watch *watch;
   cli_progress progress;
+  cli_links links; /* if the scene asks for them */
   long frames;
   double largest_energy; /* in any frame so far */
   double stepping;       /* seconds of processor of the thread that steps */
@@ -202,6 +204,7 @@ static void see_frame(void *context, const hb_frame *frame) {
   note_energy(r, frame);
   cli_progress_show(&r->progress, frame);
   if (r->watch) cli_watch_show(r->watch, frame);
+  if (r->links.model) cli_links_look(&r->links, frame);
 }
 
 /* A new trajectory takes the place of what another run left in the directory: the old checkpoint and report
@@ -222,15 +225,17 @@ static hb_status begin_files(run *r, long planned, hb_error *err) {
 /* From here on frames are written beside the run, if there is a processor for it. A run that is watched goes
  * no faster than what is shown. */
 static hb_status begin_recording(run *r, hb_error *err) {
-  hb_record_plan plan = {.writer = r->writer,
-                         .frame = r->frame,
-                         .frames = r->frames,
-                         .checkpoint = r->checkpoint,
-                         .checkpoint_seconds = r->def.output.checkpoint_seconds,
-                         .threaded = !r->watch && hb_processors() > 1,
-                         .fields = r->watch ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) : 0,
-                         .seen = see_frame,
-                         .context = r};
+  hb_record_plan plan = {
+      .writer = r->writer,
+      .frame = r->frame,
+      .frames = r->frames,
+      .checkpoint = r->checkpoint,
+      .checkpoint_seconds = r->def.output.checkpoint_seconds,
+      .threaded = !r->watch && hb_processors() > 1,
+      .fields = (r->watch ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) : 0) |
+                (r->links.model ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) | HB_FIELD_BIT(twist) : 0),
+      .seen = see_frame,
+      .context = r};
   return hb_recorder_create(r->model, &plan, &r->recorder, err);
 }
 
@@ -261,6 +266,10 @@ static hb_status prepare(run *r, hb_error *err) {
     status = begin_files(r, planned, err);
   }
   if (!status && r->opt.watch) status = cli_watch_open(r->model, r->opt.watch, r->opt.speed, &r->watch, err);
+  if (!status && r->def.output.link) {
+    status = cli_links_begin(&r->links, r->model, err);
+    if (!status) cli_links_look(&r->links, r->frame);
+  }
   return status ? status : begin_recording(r, err);
 }
 
@@ -331,6 +340,10 @@ static hb_status simulate(run *r, hb_error *err) {
   }
   r->frames = hb_recorder_frames(r->recorder);
   hb_recorder_complete(r->recorder);
+  if (!status && r->links.status) {
+    *err = r->links.err;
+    status = r->links.status;
+  }
   return status;
 }
 
@@ -347,6 +360,9 @@ static int finish(run *r, hb_status status, hb_error *err) {
                            .stepping_seconds = r->stepping,
                            .writing_seconds = hb_recorder_seconds(r->recorder),
                            .peak_bytes = (size_t)usage.ru_maxrss * 1024,
+                           .link_frames = r->links.frames,
+                           .link_error = r->links.error,
+                           .link_jumps = r->links.jumps,
                            .stop_reason = status ? err->text : "finished",
                            .largest_energy = r->largest_energy};
   hb_status reporting =
@@ -359,6 +375,9 @@ static int finish(run *r, hb_status status, hb_error *err) {
   if (!r->opt.quiet)
     fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
             cli_progress_seconds(&r->progress));
+  if (!r->opt.quiet && r->links.frames > 0)
+    fprintf(stderr, "link: twist + writhe closes to %.1e in %ld frames, jumped %ld times\n", r->links.error,
+            r->links.frames, r->links.jumps);
   hb_report_books(r->model, r->start, r->frame, r->largest_energy, text);
   if (!r->opt.quiet) fprintf(stderr, "%s\n", text);
   if (!r->opt.quiet && hb_report_books_warning(r->model, r->start, r->frame, r->largest_energy, text))
@@ -376,6 +395,7 @@ static int finish(run *r, hb_status status, hb_error *err) {
 static void release(run *r) {
   hb_recorder_free(r->recorder);
   if (r->watch) cli_watch_close(r->watch);
+  cli_links_free(&r->links);
   (void)hb_writer_close(r->writer, NULL);
   hb_frame_free(r->frame);
   hb_frame_free(r->start);

@@ -146,6 +146,7 @@ typedef struct hb_output_def {
   double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
   uint64_t fields;           /* HB_FIELD_BIT of those that the trajectory holds; 0: not said */
   bool single;               /* fields in the trajectory are floats */
+  bool link;                 /* look at the link of every rod that has one in every frame */
 } hb_output_def;
 
 /* A whole scene. */

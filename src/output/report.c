@@ -126,6 +126,16 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
   return status;
 }
 
+/* What was seen of the links in all frames. */
+static void links(hb_json *json, const hb_report_facts *facts) {
+  if (facts->link_frames == 0) return;
+  hb_json_object(json, "link");
+  hb_json_integer(json, "frames", facts->link_frames);
+  hb_json_number(json, "largest_error", facts->link_error);
+  hb_json_integer(json, "jumps", facts->link_jumps);
+  hb_json_object_end(json);
+}
+
 /* Iterations, times, memory. */
 static void cost(hb_json *json, const hb_sim *sim, const hb_report_facts *facts) {
   const double *scalar = hb_sim_const_state(sim)->scalar;
@@ -270,6 +280,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end, books_scale(model, start, end, facts->largest_energy));
   status = rods(&json, model, end, err);
+  links(&json, facts);
   cost(&json, sim, facts);
   warnings(&json, sim, start, end, facts->largest_energy);
   hb_json_text(&json, "source", model->def->source);

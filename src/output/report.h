@@ -14,6 +14,9 @@ typedef struct hb_report_facts {
   double stepping_seconds; /* of processor, that the thread which steps has used; 0 if unknown */
   double writing_seconds;  /* the same for the thread that measures and writes */
   size_t peak_bytes;       /* largest memory of the process, 0 if unknown */
+  long link_frames;        /* in which links were looked at, 0: none */
+  double link_error;       /* largest distance of twist + writhe + closing from a whole number */
+  long link_jumps;         /* times that twist + writhe changed by more than a half between frames */
   const char *stop_reason; /* one sentence or word, e.g. "finished"; NULL gives null */
   double largest_energy; /* largest sum of kinetic, bending and twisting energy in any frame, 0 if unknown */
 } hb_report_facts;

@@ -144,7 +144,7 @@ static hb_status read_fields(hb_scene_reader *r, const hb_node *node) {
 
 /* output */
 static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", NULL};
+  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", "link", NULL};
   static const char *const precisions[] = {"double", "single", NULL};
   int precision = 0;
   if (!node) return HB_OK;
@@ -154,6 +154,7 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
   if (!status) status = read_fields(r, hb_node_find(node, "fields"));
   if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
   r->def->output.single = precision == 1;
+  if (!status) status = hb_scene_flag(r, hb_node_find(node, "link"), &r->def->output.link);
   if (!status)
     status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
   return status;
