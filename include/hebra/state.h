@@ -74,6 +74,7 @@ typedef enum hb_extent {
   F(anchor_m1, HB_PER_ROD, 3, "director u^0 of each rod's first Bishop frame, carried in time")              \
   F(anchor_tangent, HB_PER_ROD, 3, "tangent to which it belongs")                                            \
   F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")                            \
+  F(seam, HB_PER_ROD, 1, "turn by which the material frame of a closed rod is cut off where its ends meet")  \
   F(piece, HB_PER_ROD, 1, "how long a piece of a step error control takes next; 0: a whole step")
 
 typedef struct hb_state {

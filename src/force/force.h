@@ -26,6 +26,9 @@ hb_v3 hb_load_at(const hb_load_values *values, const hb_model *model, const hb_r
 hb_v3 hb_load_if_at(const hb_load_values *values, const hb_model *model, const hb_rod *rod, int i,
                     const double place[3]);
 
+/* What the value of a dead load is multiplied with at vertex slot i where it acts: a mass, a length, or 1. */
+double hb_load_share(const hb_model *model, const hb_rod *rod, const hb_force_def *def, int i);
+
 /* stiffness.c: for statics */
 /* The first load on the rod that is not a function of time and place alone (a follower, a wind), or NULL. */
 const hb_force_def *hb_load_first_moving(const hb_model *model, const hb_rod *rod);
