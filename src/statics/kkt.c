@@ -17,7 +17,7 @@
 hb_status hb_kkt_create(int nv, hb_kkt *k, hb_error *err) {
   size_t n = (size_t)HB_KKT_STRIDE * (size_t)nv, band = hb_band_size((int)n, HB_KKT_HALF),
          room = n + HB_KKT_HALF;
-  size_t total = 2 * band + 4 * room + 10 * (size_t)nv;
+  size_t total = 2 * band + 4 * room + 11 * (size_t)nv;
   memset(k, 0, sizeof *k);
   k->block = hb_alloc(total, sizeof *k->block);
   k->unknown = hb_alloc((size_t)nv, sizeof *k->unknown);
@@ -33,7 +33,8 @@ hb_status hb_kkt_create(int nv, hb_kkt *k, hb_error *err) {
   k->pull = k->right + room;
   k->scratch = k->pull + room;
   k->length = k->scratch + room;
-  k->load = k->length + nv;
+  k->along = k->length + nv;
+  k->load = k->along + nv;
   k->matrix.half = k->factors.half = HB_KKT_HALF;
   k->augment = 2;
   k->bytes = total * sizeof(double) + (size_t)nv;
@@ -96,6 +97,7 @@ static void add_lengths(hb_kkt *kkt, const hb_model *m, const hb_rod *rod, const
     const double *g = &gradient.x;
     /* the gradient has the size 2 */
     double along = 0.25 * kkt->augment * natural_stiffness(m, rod, state, work, j, lambda[j]);
+    kkt->along[j] = along;
     double across = 2 * lambda[j] * m->inv_rest_length[k];
     for (int c = 0; c < 3; c++) {
       hb_band_add(K, row, a + c, -g[c]);

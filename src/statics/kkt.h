@@ -20,6 +20,7 @@ typedef struct hb_kkt {
                            supports were moved by */
   double *scratch;
   double *length; /* per edge: C_j */
+  double *along;  /* per edge: multiple of the square of its constraint that is in the matrix */
   double *load;   /* 9 per vertex: stiffness of the loads */
   bool *unknown;  /* per edge: is its turn unknown? */
   double augment; /* multiple of the natural stiffness that is added along the edges */
