@@ -15,6 +15,7 @@ typedef struct facts {
   const char *path;
   const hb_trajectory_info *info;
   double bytes, disk;   /* length of the file, and what of it takes room on the disk */
+  uint64_t held;        /* fields */
   double *first, *last; /* every series at the first and last frame; NULL without frames */
 } facts;
 
@@ -56,6 +57,7 @@ static void print_text(const facts *f) {
   printf("fields of every frame\n");
   for (int k = 0; k < hb_frame_field_count; k++) {
     const hb_frame_field *field = &hb_frame_fields[k];
+    if (!(f->held >> k & 1)) continue;
     printf("  %-20s %d per %-7s [%s] %s\n", field->name, field->components,
            field->location == HB_ON_EDGE ? "edge" : "vertex", field->unit, field->text);
   }
@@ -97,6 +99,7 @@ static void print_json(const facts *f) {
   hb_json_array(&json, "fields");
   for (int k = 0; k < hb_frame_field_count; k++) {
     const hb_frame_field *field = &hb_frame_fields[k];
+    if (!(f->held >> k & 1)) continue;
     hb_json_object(&json, NULL);
     hb_json_text(&json, "name", field->name);
     hb_json_integer(&json, "components", field->components);
@@ -119,6 +122,7 @@ static int show(const char *path, bool json) {
   hb_status status = hb_reader_open(path, &reader, &err);
   if (status == HB_OK) {
     f.info = hb_reader_info(reader);
+    f.held = hb_reader_fields(reader);
     status = read_ends(reader, &f, &err);
   }
   if (status == HB_OK && stat(path, &size) == 0) {

@@ -7,16 +7,17 @@
 
 #include <getopt.h>
 #include <limits.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* Load steps, or iterations, that can be asked for. */
+enum { MOST = 1000000 };
+
 /* The arguments. */
 typedef struct options {
   const char *scene, *directory, *from;
-  const char *overrides[64];
-  int override_count;
+  cli_overrides set;
   double time, tolerance; /* negative: not given */
   int load_steps, iterations;
   bool any, quiet, json;
@@ -34,43 +35,25 @@ typedef struct solution {
   double seconds;
 } solution;
 
-/* A number in an argument; false if it is none. */
-static bool number(const char *text, double least, double *out) {
-  char *end;
-  *out = strtod(text, &end);
-  return !*end && end != text && *out >= least && *out < HUGE_VAL;
-}
-
-/* A whole number from 1 on in an argument. */
-static bool whole(const char *text, int *out) {
-  char *end;
-  long value = strtol(text, &end, 10);
-  *out = value >= 1 && value <= 1000000 ? (int)value : 0;
-  return !*end && end != text && *out > 0;
-}
-
 /* One option with a value; an exit status, or -1 to go on. */
 static int take(options *opt, int c, const char *value) {
   switch (c) {
-  case 's':
-    if (opt->override_count == 64) return cli_usage(&cli_verb_solve, "more than 64 --set are too many");
-    opt->overrides[opt->override_count++] = value;
-    return -1;
+  case 's': return cli_override(&cli_verb_solve, &opt->set, value);
   case 't':
-    return number(value, 0, &opt->time)
+    return cli_number(value, 0, &opt->time)
                ? -1
                : cli_usage(&cli_verb_solve, "--time \"%s\" is not a time from 0 on", value);
   case 'T':
-    return number(value, 1e-15, &opt->tolerance)
+    return cli_number(value, 1e-15, &opt->tolerance)
                ? -1
                : cli_usage(&cli_verb_solve, "--tolerance \"%s\" is not a number above 1e-15", value);
   case 'l':
-    return whole(value, &opt->load_steps)
+    return cli_whole(value, MOST, &opt->load_steps)
                ? -1
                : cli_usage(&cli_verb_solve, "--load-steps \"%s\" is not a whole number from 1 to 1000000",
                            value);
   default:
-    return whole(value, &opt->iterations)
+    return cli_whole(value, MOST, &opt->iterations)
                ? -1
                : cli_usage(&cli_verb_solve, "--max-iterations \"%s\" is not a whole number from 1 to 1000000",
                            value);
@@ -114,15 +97,11 @@ static int parse(int argc, char **argv, options *opt) {
   return -1;
 }
 
-/* Directory of results: as asked for, or out/NAME after the scene file. */
+/* Directory of results, and the files in it. */
 static hb_status choose_directory(solution *r, hb_error *err) {
-  const char *slash = strrchr(r->opt.scene, '/'), *name = slash ? slash + 1 : r->opt.scene,
-             *dot = strrchr(name, '.');
-  int stem = dot && dot > name ? (int)(dot - name) : (int)strlen(name);
-  int length = r->opt.directory ? snprintf(r->directory, sizeof r->directory, "%s", r->opt.directory)
-                                : snprintf(r->directory, sizeof r->directory, "out/%.*s", stem, name);
-  if (length >= (int)sizeof r->directory || length < 1)
-    return hb_fail(err, HB_ERR_INPUT, "the name of the output directory is empty or too long");
+  hb_status status =
+      cli_directory(r->opt.directory, r->opt.scene, "-equilibrium", r->directory, sizeof r->directory, err);
+  if (status) return status;
   snprintf(r->trajectory, sizeof r->trajectory, "%s/trajectory.h5", r->directory);
   snprintf(r->report, sizeof r->report, "%s/report.json", r->directory);
   return HB_OK;
@@ -164,7 +143,7 @@ static hb_status read_moment(solution *r, hb_error *err) {
 /* Scene, model, start. */
 static hb_status prepare(solution *r, hb_error *err) {
   hb_status status = choose_directory(r, err);
-  if (!status) status = hb_scene_read(r->opt.scene, r->opt.overrides, r->opt.override_count, &r->def, err);
+  if (!status) status = hb_scene_read(r->opt.scene, r->opt.set.items, r->opt.set.count, &r->def, err);
   if (!status) status = hb_model_create(&r->def, &r->model, err);
   if (!status) status = hb_sim_create(r->model, &r->sim, err);
   if (!status) status = hb_frame_create(r->model, &r->frame, err);
@@ -215,15 +194,6 @@ static void say(const solution *r) {
   fprintf(stderr, "shape in %s, figures in %s\n", r->trajectory, r->report);
 }
 
-/* Prints a file to stdout. */
-static void print_file(const char *path) {
-  char buffer[4096];
-  FILE *file = fopen(path, "rb");
-  if (!file) return;
-  for (size_t n; (n = fread(buffer, 1, sizeof buffer, file)) > 0;) fwrite(buffer, 1, n, stdout);
-  fclose(file);
-}
-
 /* The verb. */
 static int run_verb(int argc, char **argv) {
   solution r;
@@ -236,7 +206,7 @@ static int run_verb(int argc, char **argv) {
   if (!status) status = solve(&r, &err);
   if (!status) status = write_results(&r, &err);
   if (!status && !r.opt.quiet) say(&r);
-  if (!status && r.opt.json) print_file(r.report);
+  if (!status && r.opt.json) cli_print_file(r.report);
   result = status ? cli_fail("solve", &err) : CLI_DONE;
   hb_equilibrium_free(&r.found);
   hb_frame_free(r.frame);
@@ -255,8 +225,8 @@ const cli_verb cli_verb_solve = {
     "Looks for the shape in which loads, supports and elasticity balance, from the initial shape of the "
     "scene on.\n"
     "Loads and supports are those of the time T (default: the end of the scene). Leaves in DIR (default: "
-    "out/NAME of\n"
-    "the scene)\n"
+    "out/NAME-equilibrium,\n"
+    "NAME that of the scene)\n"
     "  trajectory.h5    the shape, as a trajectory of one frame for hebra render, plot, export\n"
     "  report.json      stability, iterations, unbalanced force, tensions, reactions of the supports, "
     "energies\n"

@@ -68,10 +68,43 @@ typedef enum hb_location { HB_ON_VERTEX, HB_ON_EDGE } hb_location;
   F(tension, 1, HB_ON_EDGE, "force", "axial force, positive in tension")                                     \
   F(twisting_moment, 1, HB_ON_VERTEX, "force*length", "modulus times twist density beyond the rest")         \
   F(reaction, 3, HB_ON_VERTEX, "force", "force of a support on a prescribed vertex")                         \
-  F(torque, 1, HB_ON_EDGE, "force*length", "torque about the tangent of a support on a prescribed frame")
+  F(torque, 1, HB_ON_EDGE, "force*length", "torque about the tangent of a support on a prescribed frame")    \
+  F(torsion, 1, HB_ON_EDGE, "rad/length",                                                                    \
+    "turning of the binormal along the edge; 0 beside straight places")                                      \
+  F(internal_force, 3, HB_ON_EDGE, "force", "force of what follows the edge on what comes before it")        \
+  F(internal_moment, 3, HB_ON_VERTEX, "force*length",                                                        \
+    "moment of what follows on what comes before; elastic")                                                  \
+  F(bending_moment, 1, HB_ON_VERTEX, "force*length", "size of the internal moment across the rod")
+
+/* Numbers of the fields, HB_FIELD_position ..., and their bits in sets of fields. */
+typedef enum hb_field_number {
+#define HB_DECLARE(name, components, location, unit, text) HB_FIELD_##name,
+  HB_FRAME_FIELDS(HB_DECLARE)
+#undef HB_DECLARE
+      HB_FIELD_COUNT
+} hb_field_number;
+#define HB_FIELD_BIT(name) ((uint64_t)1 << HB_FIELD_##name)
+#define HB_FIELDS_ALL (((uint64_t)1 << HB_FIELD_COUNT) - 1)
+
+/* Those that are measured from the state's forces. */
+#define HB_FIELDS_OF_FORCES (HB_FIELD_BIT(tension) | HB_FIELD_BIT(reaction) | HB_FIELD_BIT(internal_force))
+
+/* Sets of fields that have a name. */
+typedef struct hb_field_group {
+  const char *name;
+  uint64_t fields;
+  const char *text;
+} hb_field_group;
+extern const hb_field_group hb_field_groups[]; /* the first is all fields, the second those that runs write if
+                                                  the scene does not choose */
+extern const int hb_field_group_count;
+/* The fields that trajectories of a model hold: those of its scene's output.fields, all if that is 0; always
+ * the positions. */
+uint64_t hb_fields_of(const hb_model *model);
 
 /* A measured moment. Arrays run over slots as in the model; unused slots are 0. */
 typedef struct hb_frame {
+  uint64_t fields; /* those whose arrays were measured; the others hold what was there before */
   double time;
   long step;
   double kinetic, bending, twisting, gravity;   /* energies; gravity only for constant uniform fields */
@@ -105,6 +138,13 @@ typedef struct hb_measure hb_measure;
 hb_status hb_measure_create(const hb_model *model, hb_measure **out, hb_error *err);
 void hb_measure_free(hb_measure *measure);
 void hb_measure_state(hb_measure *measure, const hb_state *state, hb_frame *frame);
+/* From now on only these fields; at first it is all. The scalars of the frame are always measured, with the
+ * same bits. */
+void hb_measure_choose(hb_measure *measure, uint64_t fields);
+/* Copies what measuring reads from the run to a state of the same model: cheaper than the whole state.
+ * forces: also what tension, reaction and internal_force are measured from. All else in `to` stays as it is.
+ */
+void hb_sim_snapshot(const hb_sim *sim, bool forces, hb_state *to);
 /* The rod's own totals: kinetic, bending, twisting. */
 void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
 

@@ -68,7 +68,8 @@ typedef enum hb_extent {
   F(frame_torque, HB_PER_FRAME, 1, "torque of the support about the tangent")                                \
   F(anchor_m1, HB_PER_ROD, 3, "director u^0 of each rod's first Bishop frame, carried in time")              \
   F(anchor_tangent, HB_PER_ROD, 3, "tangent to which it belongs")                                            \
-  F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")
+  F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")                            \
+  F(seam, HB_PER_ROD, 1, "turn by which the material frame of a closed rod is cut off where its ends meet")
 
 typedef struct hb_state {
 #define HB_DECLARE(name, extent, components, text) double *name;
@@ -95,7 +96,9 @@ size_t hb_state_field_size(const hb_model *model, const hb_state_field *field);
 hb_status hb_state_create(const hb_model *model, hb_state **out, hb_error *err);
 void hb_state_free(hb_state *state);
 void hb_state_copy(hb_state *to, const hb_state *from); /* same model */
-uint64_t hb_state_hash(const hb_state *state);          /* FNV-1a over the bytes of the block */
+/* Copies all that belongs to one rod, but not the scalars, which belong to none. */
+void hb_state_copy_rod(const hb_model *model, const hb_rod *rod, hb_state *to, const hb_state *from);
+uint64_t hb_state_hash(const hb_state *state); /* FNV-1a over the bytes of the block */
 
 #ifdef __cplusplus
 }

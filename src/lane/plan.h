@@ -50,6 +50,8 @@ void hb_lane_plan_free(hb_lane_plan *plan);
 /* State to lanes and back: positions, velocities, forces, multipliers of the unit's rods. */
 void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit);
 void hb_unit_store(const hb_model *model, hb_state *state, const hb_unit *unit);
+/* Only what is measured: positions, velocities, directors and twists; with forces also those. */
+void hb_unit_store_measured(const hb_model *model, hb_state *state, const hb_unit *unit, bool forces);
 
 /* Where vertex (or edge) i of the unit's n-th rod is; for a vertex that two pieces share, the copy that
  * begins a piece. */

@@ -18,6 +18,7 @@ struct hb_reader {
   char *name, *title, *source, *rod_names;
   char version[64], run[32];
   hb_reader_rod *rods;
+  uint64_t fields; /* that it holds */
   hb_trajectory_info info;
 };
 
@@ -126,6 +127,15 @@ static hb_status open_field(hb_reader *r, const hb_frame_field *field, hb_h5_arr
   return status;
 }
 
+/* Which fields are there. */
+static void find_fields(hb_reader *r) {
+  char path[128];
+  for (int k = 0; k < hb_frame_field_count; k++) {
+    hb_layout_field_path(&hb_frame_fields[k], path, sizeof path);
+    if (H5Lexists(r->file, path, H5P_DEFAULT) > 0) r->fields |= (uint64_t)1 << k;
+  }
+}
+
 /* Number of valid frames; the positions must be there for all of them. */
 static hb_status read_frames(hb_reader *r, hb_error *err) {
   long long frames = 0;
@@ -159,6 +169,7 @@ hb_status hb_reader_adopt(hid_t file, const char *name, hb_reader **out, hb_erro
   if (status == HB_OK) status = read_texts(r, err);
   if (status == HB_OK) status = read_rods(r, err);
   if (status == HB_OK) status = read_frames(r, err);
+  if (status == HB_OK) find_fields(r);
   if (status == HB_OK)
     *out = r;
   else
@@ -204,6 +215,9 @@ hb_status hb_reader_open(const char *path, hb_reader **out, hb_error *err) {
 /* What was read when the file was opened. */
 const hb_trajectory_info *hb_reader_info(const hb_reader *reader) { return &reader->info; }
 
+/* Found when it was opened. */
+uint64_t hb_reader_fields(const hb_reader *reader) { return reader->fields; }
+
 /* The name that it was opened by. */
 const char *hb_reader_name(const hb_reader *reader) { return reader->name; }
 
@@ -216,6 +230,20 @@ static void clear_unused(const hb_reader *r, int components, double *out) {
     size_t last = (size_t)(r->rods[k].first + r->rods[k].nv - 1);
     memset(out + last * (size_t)components, 0, (size_t)components * sizeof *out);
   }
+}
+
+/* What to do about a field that is not there. */
+static hb_status tell_absent(const hb_reader *r, const hb_frame_field *field, hb_error *err) {
+  char held[512] = "";
+  for (int k = 0; k < hb_frame_field_count; k++) {
+    size_t used = strlen(held);
+    if (r->fields >> k & 1)
+      snprintf(held + used, sizeof held - used, "%s%s", used ? ", " : "", hb_frame_fields[k].name);
+  }
+  return hb_fail(err, HB_ERR_INPUT,
+                 "%s: does not hold the field %s, only %s; a run writes what output.fields of its scene asks "
+                 "for",
+                 r->name, field->name, held);
 }
 
 /* One field of one frame. */
@@ -243,6 +271,7 @@ hb_status hb_reader_field(hb_reader *r, const char *name, long frame, double *ou
   if (frame < 0 || frame >= r->info.frames)
     return hb_fail(err, HB_ERR_INPUT, "%s: there is no frame %ld, the trajectory holds %ld frames from 0 on",
                    r->name, frame, r->info.frames);
+  if (!(r->fields >> (field - hb_frame_fields) & 1)) return tell_absent(r, field, err);
   hb_h5_quiet quiet = hb_h5_quiet_begin();
   hb_status status = read_field(r, field, frame, out, err);
   hb_h5_quiet_end(quiet);

@@ -7,10 +7,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What was run. */
-static void scene(hb_json *json, const hb_model *model) {
+/* Whose figures these are. */
+void hb_report_scene(hb_json *json, const hb_model *model) {
   const hb_scene_def *def = model->def;
-  const hb_method_def *method = &def->method;
   hb_json_text(json, "title", def->title ? def->title : "");
   hb_json_text(json, "program", "hebra");
   hb_json_text(json, "version", HB_VERSION);
@@ -19,6 +18,12 @@ static void scene(hb_json *json, const hb_model *model) {
   for (int k = 0; k < def->parameter_count; k++)
     hb_json_number(json, def->parameters[k].name, def->parameters[k].value);
   hb_json_object_end(json);
+}
+
+/* What was run. */
+static void scene(hb_json *json, const hb_model *model) {
+  const hb_method_def *method = &model->def->method;
+  hb_report_scene(json, model);
   hb_json_object(json, "method");
   hb_json_text(json, "integrator", method->integrator ? method->integrator : "verlet");
   hb_json_number(json, "time_step", method->time_step);

@@ -6,19 +6,6 @@
 
 #include <math.h>
 
-/* What was solved. */
-static void scene(hb_json *json, const hb_model *model) {
-  const hb_scene_def *def = model->def;
-  hb_json_text(json, "title", def->title ? def->title : "");
-  hb_json_text(json, "program", "hebra");
-  hb_json_text(json, "version", HB_VERSION);
-  hb_json_text(json, "scene_file", def->path);
-  hb_json_object(json, "parameters");
-  for (int k = 0; k < def->parameter_count; k++)
-    hb_json_number(json, def->parameters[k].name, def->parameters[k].value);
-  hb_json_object_end(json);
-}
-
 /* How well it balances, and how stable it is. */
 static void balance(hb_json *json, const hb_equilibrium *found) {
   hb_json_object(json, "equilibrium");
@@ -105,7 +92,7 @@ hb_status hb_report_equilibrium(const char *path, const hb_model *model, const h
   hb_status status = hb_file_begin(path, &file, err);
   if (status != HB_OK) return status;
   hb_json_begin(&json, file.stream);
-  scene(&json, model);
+  hb_report_scene(&json, model);
   hb_json_number(&json, "time", frame->time);
   hb_json_number(&json, "wall_seconds", wall_seconds);
   balance(&json, found);

@@ -99,13 +99,56 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   return m->integrator ? HB_OK : hb_fail_memory(r->err, "integrator");
 }
 
+/* A field or a group of fields. */
+static hb_status read_field(const hb_scene_reader *r, const hb_node *node, uint64_t *fields) {
+  const char *words[HB_FIELD_COUNT + 16] = {NULL};
+  int count = 0;
+  if (node->kind != HB_NODE_SCALAR) return hb_scene_expected(r, node, "the name of a field");
+  for (int k = 0; k < hb_field_group_count; k++) {
+    words[count++] = hb_field_groups[k].name;
+    if (strcmp(node->text, hb_field_groups[k].name) == 0) *fields |= hb_field_groups[k].fields;
+  }
+  for (int k = 0; k < hb_frame_field_count; k++) {
+    words[count++] = hb_frame_fields[k].name;
+    if (strcmp(node->text, hb_frame_fields[k].name) == 0) *fields |= (uint64_t)1 << k;
+  }
+  for (int k = 0; k < count; k++)
+    if (strcmp(node->text, words[k]) == 0) return HB_OK;
+  const char *near = hb_scene_nearest(node->text, words);
+  char list[1024] = "";
+  for (int k = 0; !near && k < count; k++) {
+    size_t used = strlen(list);
+    snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", words[k]);
+  }
+  return near ? hb_scene_fail(r, node, "\"%s\" is no field; the nearest name is \"%s\"", node->text, near)
+              : hb_scene_fail(r, node, "\"%s\" is no field; there are %s", node->text, list);
+}
+
+/* A name, or a list of them; positions are always there. */
+static hb_status read_fields(hb_scene_reader *r, const hb_node *node) {
+  uint64_t fields = HB_FIELD_BIT(position);
+  hb_status status = HB_OK;
+  if (!node) return HB_OK;
+  if (node->kind == HB_NODE_MAP) return hb_scene_expected(r, node, "a list of names of fields");
+  if (node->kind == HB_NODE_SCALAR) status = read_field(r, node, &fields);
+  for (int k = 0; !status && node->kind == HB_NODE_LIST && k < node->count; k++)
+    status = read_field(r, node->children[k], &fields);
+  if (!status) r->def->output.fields = fields;
+  return status;
+}
+
 /* output */
 static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"every", "checkpoint", NULL};
+  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", NULL};
+  static const char *const precisions[] = {"double", "single", NULL};
+  int precision = 0;
   if (!node) return HB_OK;
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = hb_scene_whole(r, hb_node_find(node, "every"), 1, 1000000000, &r->def->output.every);
   const hb_node *checkpoint = hb_node_find(node, "checkpoint");
+  if (!status) status = read_fields(r, hb_node_find(node, "fields"));
+  if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
+  r->def->output.single = precision == 1;
   if (!status)
     status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
   return status;

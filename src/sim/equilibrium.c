@@ -1,5 +1,5 @@
 /* Equilibria of a simulation: the search of the statics room on the state of a sim. */
-#include "sim/sim.h"
+#include "sim/measure.h"
 
 #include "base/memory.h"
 #include "rod/resume.h"
@@ -155,5 +155,6 @@ void hb_sim_measure_equilibrium(hb_sim *sim, const hb_equilibrium *result, hb_fr
       }
       frame->tension[k] = 2 * result->multiplier[k] * m->inv_rest_length[k] * sqrt(length);
     }
+    hb_measure_internal_force(rod, frame);
   }
 }

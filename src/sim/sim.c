@@ -68,6 +68,12 @@ const hb_state *hb_sim_const_state(const hb_sim *sim) {
   hb_stepper_store(sim->lane_owner);
   return sim->state;
 }
+
+/* What measuring reads. */
+void hb_sim_snapshot(const hb_sim *sim, bool forces, hb_state *to) {
+  hb_stepper_snapshot(sim->lane_owner, forces, to);
+}
+
 /* How far the initial shape was moved. */
 double hb_sim_initial_correction(const hb_sim *sim) { return sim->initial_correction; }
 

@@ -9,6 +9,8 @@
 struct hb_measure {
   const hb_model *model;
   const hb_state *state; /* the one that is being measured */
+  uint64_t fields;       /* to be measured */
+  const double *m1;      /* 3 per edge: directors of the rod at hand */
   hb_rod_work *rod_work;
   hb_project_work *project_work;
   double *acceleration; /* 3 per slot: of prescribed coordinates */

@@ -333,6 +333,10 @@ static hb_status carry_supports(hb_statics *s, const hb_rod *rod, double from, d
 /* Carries the supports, then balances. */
 hb_status hb_statics_solve(hb_statics *s, const hb_rod *rod, double from, double t,
                            const hb_equilibrium_options *options, hb_equilibrium *result, hb_error *err) {
+  if (rod->closed)
+    return hb_compile_fail(
+        s->model->def, s->model->def->rods[rod->index].line, s->model->def->rods[rod->index].column, err,
+        "rod %s: equilibria of closed rods are not looked for; let it move with damping", rod->name);
   const hb_force_def *moving = hb_load_first_moving(s->model, rod);
   if (moving)
     return hb_compile_fail(s->model->def, moving->line, moving->column, err,

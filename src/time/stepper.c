@@ -214,6 +214,8 @@ hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const 
     if (s->active[rod->index] & (1u << k))
       s->terms[k]->add(s->model, rod, t, state->x, v, m1,
                        s->terms[k]->dissipative ? state->force : state->load);
+  hb_rod_share_seam(rod, state->force);
+  hb_rod_share_seam(rod, state->load);
   for (size_t k = from; k < to; k++) state->force[k] += state->load[k];
   hb_stepper_end(s, HB_STAGE_LOADS);
   return HB_OK;

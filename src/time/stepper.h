@@ -60,6 +60,9 @@ void hb_stepper_release_workers(hb_stepper *stepper);
 bool hb_stepper_may_block(const hb_stepper *stepper);
 /* Brings the state's arrays up to date with the lanes; the state may be read then. */
 void hb_stepper_store(hb_stepper *stepper);
+/* Copies what can be measured to another state of the model, from where it is: time and totals, positions,
+ * velocities, frames, twisting moments; with forces also those. The rest of `to` stays as it is. */
+void hb_stepper_snapshot(hb_stepper *stepper, bool forces, hb_state *to);
 /* The formulas of loads that depend on time alone, once for all rods, at the ends of the steps of a block. */
 void hb_stepper_look_at_forces(hb_stepper *stepper, double h);
 /* The state may have been written to: lanes are filled anew before the next step. */

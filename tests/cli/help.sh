@@ -1,7 +1,7 @@
 #!/bin/bash
 # Help texts, version, unknown verbs, wrong arguments, output that cannot be written.
 source "$(dirname "$0")/../support/cli.sh"
-verbs=(run solve check info export render plot bench)
+verbs=(run solve check info export render plot bench validate)
 
 run "$HEBRA"; wants 2 'usage: hebra VERB'
 for word in --help -h help; do

@@ -4,8 +4,6 @@
 #include "support/failing_alloc.h"
 #include "support/near.h"
 
-#include <string.h>
-
 /* Closed-form and general rods, viscosity, every kind of support and load. */
 static const char scene[] = "method: {time_step: 1e-4, duration: 1}\n"
                             "gravity: [0, 0, -9.81]\n"
@@ -62,11 +60,7 @@ static hb_status trial(void *context, hb_error *err) {
 /* The n-th allocation fails, for every n. */
 static void every_allocation_may_fail(void **state) {
   (void)state;
-  hb_scene_def def;
-  hb_error err = {HB_OK, ""};
-  if (hb_scene_parse(scene, strlen(scene), "scene.yaml", NULL, NULL, 0, &def, &err)) fail_msg("%s", err.text);
-  assert_true(failing_alloc_loop(trial, &def, 1) > 30);
-  hb_scene_def_free(&def);
+  assert_true(failing_alloc_scene(trial, scene) > 30);
 }
 
 int main(void) {

@@ -1,29 +1,35 @@
-/* The linear system of constrained equilibrium of one rod (docs/theory, 11.4).
+/* The linear system of constrained equilibrium, or of one implicit step, of one rod
+ * (docs/theory, 11.4, 13.3).
  *
  * Unknowns: displacements of the vertices, turns of the material frames, multipliers of the lengths, in the
  * order of the vertices so that the matrix is a band: vertex i at 5 i, 5 i + 1, 5 i + 2, the multiplier of
  * edge i - 1 at 5 i + 3, the turn of edge i at 5 i + 4. What is prescribed, or is no unknown of this rod, has
- * a row of its own with 1 on the diagonal. */
-#ifndef HB_STATICS_KKT_H
-#define HB_STATICS_KKT_H
+ * a row of its own with 1 on the diagonal. Slim systems leave the turns out of rods that no twist can get
+ * into: vertex i at 4 i, 4 i + 1, 4 i + 2, the multiplier of edge i - 1 at 4 i + 3, half the work. */
+#ifndef HB_SOLVE_KKT_H
+#define HB_SOLVE_KKT_H
 
 #include "math/banded.h"
 #include "rod/rod.h"
 
 enum { HB_KKT_STRIDE = 5, HB_KKT_MULTIPLIER = 3, HB_KKT_TURN = 4, HB_KKT_HALF = 12 };
+enum { HB_KKT_SLIM_STRIDE = 4, HB_KKT_SLIM_HALF = 10 };
 
 typedef struct hb_kkt {
   hb_band matrix, factors;
   int capacity;         /* vertices that fit */
+  bool slim;            /* wanted: no turns where there is no twist; set between create and begin */
+  int stride;           /* unknowns per vertex of this rod: HB_KKT_STRIDE, or HB_KKT_SLIM_STRIDE */
   double *weight;       /* per unknown: the metric, length for places, length^3 for turns; 0: none */
   double *right, *pull; /* per unknown (and HB_KKT_HALF more): right-hand side, then answer; K times what
                            supports were moved by */
   double *scratch;
-  double *length; /* per edge: C_j */
-  double *along;  /* per edge: multiple of the square of its constraint that is in the matrix */
-  double *load;   /* 9 per vertex: stiffness of the loads */
-  bool *unknown;  /* per edge: is its turn unknown? */
-  double augment; /* multiple of the natural stiffness that is added along the edges */
+  double *length;   /* per edge: C_j */
+  double *load;     /* 9 per vertex: stiffness of the loads */
+  double *along;    /* per edge: what was added along it, */
+  double *gradient; /* 3 per edge: and the direction, dC_j/dx_{j+1} */
+  bool *unknown;    /* per edge: is its turn unknown? */
+  double augment;   /* multiple of the natural stiffness that is added along the edges */
   int constraints;
   double *block;
   size_t bytes;
@@ -42,6 +48,11 @@ void hb_kkt_begin(hb_kkt *kkt, const hb_model *model, const hb_rod *rod);
  * the rod), whose effect goes to kkt->pull; NULL: none. */
 void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, const hb_state *state,
                      const hb_rod_work *work, double t, const double *lambda, const double *moved);
+
+/* Adds what motion has to the matrix, after hb_kkt_assemble: inertia times the masses and, where drag is not
+ * NULL, rate times drag (9 per vertex of the rod, symmetric, as of hb_load_drag). */
+void hb_kkt_add_motion(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, double inertia,
+                       const double *drag, double rate);
 
 /* Factors the matrix plus shift times the metric. Returns the number of eigenvalues below -shift (in the
  * metric, on the displacements that keep the lengths): the negative pivots beyond those of the multipliers.
