@@ -12,8 +12,8 @@ extern "C" {
 /* Scenes that differ in the value of one parameter. */
 typedef struct hb_trace_family {
   /* The scene for a value, compiled, and the time at which its loads and supports are taken. All scenes of a
-   * family have one rod, with the same number of vertices and the same kinds of supports. *model is given back
-   * by drop. */
+   * family have one rod, with the same number of vertices and the same kinds of supports. *model is given
+   * back by drop. */
   hb_status (*at)(void *context, double value, const hb_model **model, double *time, hb_error *err);
   void (*drop)(void *context, const hb_model *model);
   void *context;
@@ -21,16 +21,18 @@ typedef struct hb_trace_family {
 
 /* How branches are followed. */
 typedef struct hb_trace_options {
-  double from, to;  /* values of the parameter; the branches never leave this range */
-  double step;      /* longest step; 1 is the whole range of the parameter, or a displacement of all vertices by
-                       the rod's length, > 0 */
-  int max_points;   /* of one branch, >= 2 */
+  double from, to; /* values of the parameter; the branches never leave this range */
+  double step;    /* longest step; 1 is the whole range of the parameter, or a displacement of all vertices by
+                     the rod's length, > 0 */
+  int max_points; /* of one branch, >= 2 */
   int max_branches; /* in all, the first included, >= 1 */
   bool any;         /* start from the nearest equilibrium, stable or not */
 } hb_trace_options;
 
 /* The step 0.02, 1000 points, 5 branches. */
 hb_trace_options hb_trace_defaults(double from, double to);
+
+#define HB_TRACE_SENTENCE 480
 
 typedef enum hb_trace_kind {
   HB_TRACE_START,       /* of a branch: the first equilibrium, or the bifurcation that it comes from */
@@ -43,13 +45,13 @@ const char *hb_trace_kind_name(hb_trace_kind kind); /* "start", "regular", "fold
 
 /* One equilibrium of a branch. */
 typedef struct hb_trace_point {
-  int branch;         /* from 0 */
-  long index;         /* in its branch, from 0 */
+  int branch; /* from 0 */
+  long index; /* in its branch, from 0 */
   hb_trace_kind kind;
   double parameter;
-  double arc;         /* along the branch, in the units of options.step */
-  int bifurcation;    /* BIFURCATION, or START of another branch than the first: its number from 0, else -1 */
-  int multiplicity;   /* BIFURCATION: modes that change sides; 0 elsewhere */
+  double arc;       /* along the branch, in the units of options.step */
+  int bifurcation;  /* BIFURCATION, or START of another branch than the first: its number from 0, else -1 */
+  int multiplicity; /* BIFURCATION: modes that change sides; 0 elsewhere */
   hb_equilibrium found; /* as of `hebra solve`; the multipliers are borrowed */
   hb_sim *sim;          /* in this state; borrowed, until the call returns */
 } hb_trace_point;
@@ -60,8 +62,8 @@ typedef struct hb_trace_end {
   int bifurcation; /* that it comes from, -1: the first branch */
   int side;        /* of the mode it was left along: 1, -1; 0: the first branch */
   long points;
-  bool failed;       /* it could not be followed further */
-  const char *reason; /* one sentence */
+  bool failed;        /* it could not be followed further */
+  const char *reason; /* one sentence, shorter than HB_TRACE_SENTENCE */
 } hb_trace_end;
 
 /* Who is told; what they return other than HB_OK ends the trace. */
@@ -76,10 +78,10 @@ typedef struct hb_trace_costs {
   long points, iterations, factorisations, scenes;
 } hb_trace_costs;
 
-/* Finds the equilibrium at options->from and follows the branch to which it belongs, then those that cross it,
- * one after the other, until max_branches are done. Points of a branch come in order. HB_ERR_INPUT: the scene
- * cannot be traced. HB_ERR_NUMERIC: there is no first equilibrium. A branch that cannot be followed further is
- * no error: its end says so. */
+/* Finds the equilibrium at options->from and follows the branch to which it belongs, then those that cross
+ * it, one after the other, until max_branches are done. Points of a branch come in order. HB_ERR_INPUT: the
+ * scene cannot be traced. HB_ERR_NUMERIC: there is no first equilibrium. A branch that cannot be followed
+ * further is no error: its end says so. */
 hb_status hb_trace(const hb_trace_family *family, const hb_trace_options *options, const hb_trace_sink *sink,
                    hb_trace_costs *costs, hb_error *err);
 

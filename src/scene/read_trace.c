@@ -1,5 +1,5 @@
-/* The section `trace`: which parameter a branch of equilibria is followed over. And the scene again, with another
- * value of that parameter. */
+/* The section `trace`: which parameter a branch of equilibria is followed over. And the scene again, with
+ * another value of that parameter. */
 #include "scene/read.h"
 
 #include "base/memory.h"
@@ -47,7 +47,8 @@ hb_status hb_scene_read_trace(hb_scene_reader *r, const hb_node *node) {
   const hb_node *step = hb_node_find(node, "step");
   status = hb_scene_number(r, step, HB_RULE_POSITIVE, &trace->step);
   if (!status && trace->step > 1)
-    return hb_scene_fail(r, step, "%.9g is not allowed; a number above 0, at most 1, is expected", trace->step);
+    return hb_scene_fail(r, step, "%.9g is not allowed; a number above 0, at most 1, is expected",
+                         trace->step);
   if (!status) status = hb_scene_whole(r, hb_node_find(node, "points"), 2, 1000000, &trace->points);
   if (!status) status = hb_scene_whole(r, hb_node_find(node, "branches"), 1, 1000, &trace->branches);
   return status;
@@ -61,9 +62,10 @@ hb_status hb_scene_vary(const hb_scene_def *def, const char *parameter, double v
              *slash = def->path ? strrchr(def->path, '/') : NULL;
   hb_scene_def_init(out);
   if (!def->source)
-    return hb_fail(err, HB_ERR_INPUT, "the scene was not read from a text, so no parameter of it can be changed");
-  char *base_dir = slash ? hb_strndup(def->path, slash == def->path ? 1 : (size_t)(slash - def->path))
-                         : hb_strdup(".");
+    return hb_fail(err, HB_ERR_INPUT,
+                   "the scene was not read from a text, so no parameter of it can be changed");
+  char *base_dir =
+      slash ? hb_strndup(def->path, slash == def->path ? 1 : (size_t)(slash - def->path)) : hb_strdup(".");
   if (!base_dir) return hb_fail_memory(err, "path");
   bool time = strcmp(parameter, "t") == 0;
   snprintf(override, sizeof override, "parameters.%.60s=%.17g", parameter, value);

@@ -44,8 +44,8 @@ static hb_status prepare(hb_tracer *t, const hb_trace_family *family, hb_error *
   hb_status status = hb_members_begin(&t->members, family, o->from, err);
   if (status) return status;
   const hb_model *model = t->members.first.model;
-  status = hb_branch_create(&t->b, model, hb_force_terms, &inner, fmin(o->from, o->to), fmax(o->from, o->to),
-                            err);
+  status =
+      hb_branch_create(&t->b, model, hb_force_terms, &inner, fmin(o->from, o->to), fmax(o->from, o->to), err);
   if (!status) status = hb_branch_point_create(&t->b, model, &t->here, err);
   if (!status) status = hb_branch_point_create(&t->b, model, &t->there, err);
   if (!status) status = hb_branch_point_create(&t->b, model, &t->special, err);
@@ -90,14 +90,19 @@ static hb_status cross(hb_tracer *t, const hb_crossing *c, int side, hb_error *e
   double amount = LEAVE * t->options->step;
   bool found = false;
   t->branch++;
+  t->b.trouble = (hb_error){HB_OK, ""};
   t->index = 0;
   for (int k = 0; !found && c->multiplicity > 0 && k < ATTEMPTS; k++) {
     found = hb_branch_leave(&t->b, &c->at, c->mode, side * amount, &t->here);
     if (found) found = t->here.p >= t->b.lower && t->here.p <= t->b.upper;
     amount *= 0.5;
   }
+  hb_status trouble = t->b.trouble.status;
+  if (!found && (trouble == HB_ERR_INPUT || trouble == HB_ERR_MEMORY))
+    return hb_fail(err, trouble, "%s", t->b.trouble.text);
   if (!found) {
-    hb_trace_end end = {t->branch, c->number, side, 0, true, "no equilibrium was found beside the bifurcation"};
+    hb_trace_end end = {t->branch, c->number, side,
+                        0,         true,      "no equilibrium was found beside the bifurcation"};
     return t->sink->end(t->sink->context, &end, err);
   }
   hb_branch_point_copy(&t->b, &t->special, &c->at);

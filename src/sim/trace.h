@@ -48,12 +48,12 @@ typedef struct hb_tracer {
   hb_crossing *crossings; /* max_branches of them at most */
   int crossing_count;
   int branch;
-  long index;      /* of the next point of the branch */
-  int clear;       /* unstable modes where it was clear last how many there are */
-  int usual;       /* neutral modes that the branch has anyhow */
-  int blurred;     /* points in a row with more of them */
-  int met;         /* number of a known bifurcation that the branch has come back to, or -1 */
-  bool unlocated;  /* a fold or bifurcation was seen, but not found */
+  long index;     /* of the next point of the branch */
+  int clear;      /* unstable modes where it was clear last how many there are */
+  int usual;      /* neutral modes that the branch has anyhow */
+  int blurred;    /* points in a row with more of them */
+  int met;        /* number of a known bifurcation that the branch has come back to, or -1 */
+  bool unlocated; /* a fold or bifurcation was seen, but not found */
 } hb_tracer;
 
 /* trace_walk.c: follows the branch on which t->here is. fresh: it has just left a bifurcation. */

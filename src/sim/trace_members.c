@@ -51,7 +51,8 @@ static bool same_supports(const hb_model *a, const hb_model *b) {
       return false;
   }
   for (int k = 0; k < a->frame_count; k++)
-    if (a->frames[k].slot != b->frames[k].slot || a->frames[k].def->kind != b->frames[k].def->kind) return false;
+    if (a->frames[k].slot != b->frames[k].slot || a->frames[k].def->kind != b->frames[k].def->kind)
+      return false;
   return true;
 }
 
@@ -69,10 +70,11 @@ static hb_status compare(const hb_member *first, const hb_member *other, hb_erro
                    first->p, other->p);
   if (a->rods[0].closed_form != b->rods[0].closed_form || a->panel_count != b->panel_count ||
       a->any_viscosity != b->any_viscosity)
-    return hb_fail(err, HB_ERR_INPUT,
-                   "the parameter changes the kind of the rod (isotropic and straight at rest, or not) between "
-                   "%.9g and %.9g; a range that leaves out such a value is needed",
-                   first->p, other->p);
+    return hb_fail(
+        err, HB_ERR_INPUT,
+        "the parameter changes the kind of the rod (isotropic and straight at rest, or not) between "
+        "%.9g and %.9g; a range that leaves out such a value is needed",
+        first->p, other->p);
   return HB_OK;
 }
 
@@ -124,16 +126,17 @@ hb_status hb_members_begin(hb_members *m, const hb_trace_family *family, double 
   const double *x = hb_sim_const_state(m->first.sim)->x;
   for (int k = 0; k < model->frame_count; k++)
     if (may_turn(model, x, model->frames[k].slot))
-      return hb_compile_fail(model->def, model->frames[k].def->line, model->frames[k].def->column, err,
-                             "the material frame of edge %d is held, but the edge may turn: the torque of such "
-                             "a support has no potential, and branches need one (clamp: true holds both)",
-                             model->frames[k].slot);
+      return hb_compile_fail(
+          model->def, model->frames[k].def->line, model->frames[k].def->column, err,
+          "the material frame of edge %d is held, but the edge may turn: the torque of such "
+          "a support has no potential, and branches need one (clamp: true holds both)",
+          model->frames[k].slot);
   return HB_OK;
 }
 
-/* Supports of the member's time. Prescribed angles count from the director that the member's own initial state
- * has; directors in space follow from formulas. Frames are turned, and windings counted, when the state is
- * evaluated. */
+/* Supports of the member's time. Prescribed angles count from the director that the member's own initial
+ * state has; directors in space follow from formulas. Frames are turned, and windings counted, when the state
+ * is evaluated. */
 hb_status hb_members_enter(void *context, double p, hb_state *state, const hb_model **model, double *t,
                            hb_error *err) {
   hb_members *m = context;

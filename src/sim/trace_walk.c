@@ -93,7 +93,8 @@ static hb_status keep_crossing(hb_tracer *t, int multiplicity, int *number, hb_e
   c->branch = t->branch;
   c->multiplicity = multiplicity;
   int count = multiplicity < HB_BRANCH_MODES ? multiplicity : HB_BRANCH_MODES;
-  if (!hb_branch_choose_mode(&t->b, count)) c->multiplicity = 0; /* only frames turn: no way to leave along it */
+  if (!hb_branch_choose_mode(&t->b, count))
+    c->multiplicity = 0; /* only frames turn: no way to leave along it */
   memcpy(c->mode, t->b.mode, (size_t)t->b.room * sizeof *c->mode);
   return HB_OK;
 }
@@ -114,8 +115,8 @@ static hb_status tell_events(hb_tracer *t, const attempt *now, hb_error *err) {
   }
   int after = before + now->events.change;
   while (!status && before != after) {
-    if (!hb_branch_find_bifurcation(&t->b, &t->here, start, now->distance, before, after, &at,
-                                    &multiplicity, &left, &t->special)) {
+    if (!hb_branch_find_bifurcation(&t->b, &t->here, start, now->distance, before, after, &at, &multiplicity,
+                                    &left, &t->special)) {
       t->unlocated = true;
       return HB_OK;
     }
@@ -127,8 +128,8 @@ static hb_status tell_events(hb_tracer *t, const attempt *now, hb_error *err) {
   return status;
 }
 
-/* Longest step from here by the turn of edges, and not beyond the range of the parameter by more than it takes
- * to land. */
+/* Longest step from here by the turn of edges, and not beyond the range of the parameter by more than it
+ * takes to land. */
 static double longest_step(hb_tracer *t) {
   double longest;
   memcpy(t->b.s.direction, t->here.tangent, (size_t)t->b.s.kkt.matrix.n * sizeof(double));
@@ -142,7 +143,8 @@ static double distance_to_limit(const hb_tracer *t, double *limit) {
   return t->here.tangent_p != 0 ? (*limit - t->here.p) / t->here.tangent_p : HUGE_VAL;
 }
 
-/* A mode that round-off cannot tell from neutral says nothing about stability, unless the branch always has it. */
+/* A mode that round-off cannot tell from neutral says nothing about stability, unless the branch always has
+ * it. */
 static bool is_clear(const hb_tracer *t) { return t->there.neutral <= t->usual; }
 
 /* Remembers what is clear about the point that was taken. */
@@ -195,10 +197,19 @@ static void go_on(hb_tracer *t) {
   t->there = swapped;
 }
 
+/* Why a branch is given up. */
+static void say_why(const hb_tracer *t, const attempt *now, char *text, size_t size) {
+  const char *what = t->unlocated          ? "a fold or bifurcation could not be located"
+                     : now->events.unclear ? "folds and bifurcations could not be told apart"
+                                           : "no equilibrium was found next to the last one";
+  const char *more = t->b.trouble.status ? t->b.trouble.text : "";
+  snprintf(text, size, "%s beyond the parameter %.9g%s%.300s", what, t->here.p, more[0] ? ": " : "", more);
+}
+
 /* Until the range of the parameter ends, or the points allowed, or the branch cannot be followed. */
 hb_status hb_tracer_walk(hb_tracer *t, int bifurcation, int side, bool fresh, hb_error *err) {
   double step = FIRST * t->options->step;
-  char reason[200];
+  char reason[HB_TRACE_SENTENCE];
   t->met = -1;
   t->clear = t->here.unstable;
   t->usual = t->here.neutral;
@@ -206,18 +217,18 @@ hb_status hb_tracer_walk(hb_tracer *t, int bifurcation, int side, bool fresh, hb
   while (t->index < t->options->max_points) {
     hb_status status = HB_OK;
     step = fmin(step, longest_step(t));
+    t->b.trouble = (hb_error){HB_OK, ""};
     attempt now = try_step(t, step, fresh);
     t->unlocated = false;
     if (now.good) status = tell_events(t, &now, err);
     if (status) return status;
     if (!now.good || t->unlocated) {
       step *= 0.5;
+      status = t->b.trouble.status;
+      if (status == HB_ERR_INPUT || status == HB_ERR_MEMORY)
+        return hb_fail(err, status, "%s", t->b.trouble.text);
       if (step > LEAST * t->options->step) continue;
-      snprintf(reason, sizeof reason, "%s beyond the parameter %.9g",
-               t->unlocated          ? "a fold or bifurcation could not be located"
-               : now.events.unclear ? "folds and bifurcations could not be told apart"
-                                     : "no equilibrium was found next to the last one",
-               t->here.p);
+      say_why(t, &now, reason, sizeof reason);
       return tell_end(t, bifurcation, side, true, reason, err);
     }
     status = hb_tracer_tell(t, &t->there, now.landed ? HB_TRACE_LIMIT : HB_TRACE_REGULAR, -1, 0, err);

@@ -1,4 +1,5 @@
-/* Points of a branch: predicted along the tangent, corrected by Newton's method (docs/theory, 14.3 and 14.4). */
+/* Points of a branch: predicted along the tangent, corrected by Newton's method (docs/theory, 14.3 and 14.4).
+ */
 #include "statics/branch.h"
 
 #include "base/memory.h"
@@ -21,8 +22,8 @@
 /* Arrays of doubles, one block each. */
 static hb_status make_arrays(hb_branch *b, const hb_model *model, hb_error *err) {
   size_t room = (size_t)b->room;
-  double **const arrays[] = {&b->rate,   &b->column, &b->row,  &b->left,
-                             &b->right,  &b->answer, &b->wanted, &b->rest, &b->held};
+  double **const arrays[] = {&b->rate,   &b->column, &b->row,  &b->left, &b->right,
+                             &b->answer, &b->wanted, &b->rest, &b->held};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
     *arrays[k] = hb_alloc(room, sizeof **arrays[k]);
     if (!*arrays[k]) return hb_fail_memory(err, "workspace of the branches");
@@ -57,8 +58,8 @@ void hb_branch_free(hb_branch *b) {
   hb_state_free(b->s.state);
   hb_statics_free(&b->s);
   hb_state_free(b->center);
-  double *const arrays[] = {b->rate, b->column, b->row,   b->left, b->right, b->answer,
-                            b->wanted, b->rest, b->held, b->turns, b->mode, b->rigid};
+  double *const arrays[] = {b->rate,   b->column, b->row,  b->left,  b->right, b->answer,
+                            b->wanted, b->rest,   b->held, b->turns, b->mode,  b->rigid};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) hb_free(arrays[k]);
 }
 
@@ -104,7 +105,7 @@ void hb_branch_point_copy(const hb_branch *b, hb_branch_point *to, const hb_bran
 }
 
 /* Into the family at p, then what a step evaluates. */
-hb_status hb_branch_evaluate(hb_branch *b, double p, const double *turn, hb_error *err) {
+static hb_status evaluate(hb_branch *b, double p, const double *turn, hb_error *err) {
   hb_statics *s = &b->s;
   hb_status status = b->family.enter(b->family.context, p, s->state, &s->model, &b->t, err);
   if (status) return status;
@@ -116,6 +117,16 @@ hb_status hb_branch_evaluate(hb_branch *b, double p, const double *turn, hb_erro
     s->state->spin[b->rod->first + j] = turn ? turn[j] : 0;
   status = hb_statics_evaluate(s, b->rod, b->t, err);
   if (!status) hb_statics_find_scales(s, b->rod);
+  return status;
+}
+
+/* What goes wrong is kept for the end of the branch. */
+hb_status hb_branch_evaluate(hb_branch *b, double p, const double *turn, hb_error *err) {
+  hb_error inner = {HB_OK, ""};
+  hb_status status = evaluate(b, p, turn, &inner);
+  if (!status) return HB_OK;
+  b->trouble = inner;
+  if (err) *err = inner;
   return status;
 }
 

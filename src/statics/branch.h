@@ -6,9 +6,9 @@
 
 /* Rods that differ in the value of a parameter only. */
 typedef struct hb_family {
-  /* Puts the supports and held frames of `state` where they are at the value p of the parameter, and tells the
-   * model and the time to which it belongs then; nothing is evaluated. The model stays valid until the next
-   * call but HB_FAMILY_KEPT - 1. HB_ERR_NUMERIC or HB_ERR_INPUT: there is no such rod. */
+  /* Puts the supports and held frames of `state` where they are at the value p of the parameter, and tells
+   * the model and the time to which it belongs then; nothing is evaluated. The model stays valid until the
+   * next call but HB_FAMILY_KEPT - 1. HB_ERR_NUMERIC or HB_ERR_INPUT: there is no such rod. */
   hb_status (*enter)(void *context, double p, hb_state *state, const hb_model **model, double *t,
                      hb_error *err);
   void *context;
@@ -39,10 +39,10 @@ typedef struct hb_branch {
   double p, t;       /* where that was */
   double lower, upper, range;
   double tolerance;
-  double metric;       /* of squared displacements times lengths: 1/(rod's length)^3 */
-  double *rate;        /* derivative of the equations by the parameter, at fixed unknowns */
-  double *column;      /* the same as it borders the matrix */
-  double *row, corner; /* the condition that picks a point of the branch */
+  double metric;        /* of squared displacements times lengths: 1/(rod's length)^3 */
+  double *rate;         /* derivative of the equations by the parameter, at fixed unknowns */
+  double *column;       /* the same as it borders the matrix */
+  double *row, corner;  /* the condition that picks a point of the branch */
   double *left, *right; /* A^-1 row, A^-1 column */
   double delta_left, delta_right;
   double *answer, *wanted, *rest, *held; /* scratch, per unknown */
@@ -52,12 +52,14 @@ typedef struct hb_branch {
   double *mode;                          /* HB_BRANCH_MODES vectors */
   double *rigid;                         /* HB_BRANCH_RIGID vectors: moves that cost nothing */
   int rigid_count;
-  int room; /* doubles of one vector */
+  int room;         /* doubles of one vector */
+  hb_error trouble; /* why the last evaluation failed; HB_OK: none did since this was cleared */
   int factorisations, iterations;
   hb_equilibrium counted; /* where the statics room books its costs */
 } hb_branch;
 
-/* Workspace for the rods of a family, which all look like `model`; values of the parameter are lower .. upper.
+/* Workspace for the rods of a family, which all look like `model`; values of the parameter are lower ..
+ * upper.
  */
 hb_status hb_branch_create(hb_branch *b, const hb_model *model, const hb_force_term *const *terms,
                            const hb_family *family, double lower, double upper, hb_error *err);
@@ -70,23 +72,25 @@ void hb_branch_point_copy(const hb_branch *b, hb_branch_point *to, const hb_bran
 /* ---- branch.c: one point */
 /* Takes the state of a point into the workspace, at its value of the parameter. */
 hb_status hb_branch_return(hb_branch *b, const hb_branch_point *from, hb_error *err);
-/* Frames, twist, forces at the workspace's positions and the value p; turn: a guess of how far frames turn per
- * edge, NULL: none. */
+/* Frames, twist, forces at the workspace's positions and the value p; turn: a guess of how far frames turn
+ * per edge, NULL: none. */
 hb_status hb_branch_evaluate(hb_branch *b, double p, const double *turn, hb_error *err);
 /* Newton from the workspace's state until the equations hold, with row . (unknowns) + corner p moved by gap.
  * False: it does not get there. */
 bool hb_branch_correct(hb_branch *b, double gap, double longest_turn, int *iterations, double *last_step);
-/* Writes the workspace into a point, finds its tangent (on the side where row . tangent > 0) and its modes. */
+/* Writes the workspace into a point, finds its tangent (on the side where row . tangent > 0) and its modes.
+ */
 hb_status hb_branch_finish(hb_branch *b, hb_branch_point *out, hb_error *err);
 /* The condition that moves along the tangent of a point, and the one that holds the parameter. */
 void hb_branch_along(hb_branch *b, const hb_branch_point *point);
 void hb_branch_hold(hb_branch *b, double sign);
-/* The point at distance `step` along the tangent of `from`: predicts, corrects, finishes. False: not found. */
+/* The point at distance `step` along the tangent of `from`: predicts, corrects, finishes. False: not found.
+ */
 bool hb_branch_step(hb_branch *b, const hb_branch_point *from, double step, hb_branch_point *out);
 /* The same where the parameter has the value p. step: about how far that is. */
 bool hb_branch_land(hb_branch *b, const hb_branch_point *from, double step, double p, hb_branch_point *out);
-/* The point whose displacement from a bifurcation has the part `amount` along a mode (b->mode's scale), on the
- * branch that leaves it that way. */
+/* The point whose displacement from a bifurcation has the part `amount` along a mode (b->mode's scale), on
+ * the branch that leaves it that way. */
 bool hb_branch_leave(hb_branch *b, const hb_branch_point *from, const double *mode, double amount,
                      hb_branch_point *out);
 /* Inner product of tangents. */
@@ -106,8 +110,8 @@ void hb_branch_solve(hb_branch *b, double *f, double g, double *dp);
 hb_status hb_branch_differentiate(hb_branch *b, hb_error *err);
 
 /* ---- branch_modes.c: after hb_branch_factor */
-/* Moves of the rod as a whole that its supports allow and that cost nothing; or the `most` of them that cost least,
- * negative: what round-off cannot tell from nothing. */
+/* Moves of the rod as a whole that its supports allow and that cost nothing; or the `most` of them that cost
+ * least, negative: what round-off cannot tell from nothing. */
 void hb_branch_find_rigid(hb_branch *b, int most);
 /* `count` modes whose stiffness is nearest to 0 but for those, into b->mode; their stiffness per length.
  * fresh: from the start, else from those found last. */
@@ -120,7 +124,7 @@ bool hb_branch_choose_mode(hb_branch *b, int count);
 /* What lies between two neighbouring points of a branch. */
 typedef struct hb_branch_events {
   bool fold;
-  int change; /* of the number of unstable modes, but for the one that changes at a fold */
+  int change;   /* of the number of unstable modes, but for the one that changes at a fold */
   bool unclear; /* too much to be told apart: the points are to be closer */
 } hb_branch_events;
 /* before: number of unstable modes at a, or where it was clear last. */

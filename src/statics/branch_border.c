@@ -1,5 +1,5 @@
-/* One more unknown, the parameter, and one more equation, which picks a point of the branch (docs/theory, 14.2
- * and 14.3). */
+/* One more unknown, the parameter, and one more equation, which picks a point of the branch
+ * (docs/theory, 14.2 and 14.3). */
 #include "statics/branch.h"
 
 #include "math/vec3.h"
@@ -104,8 +104,8 @@ void hb_branch_solve(hb_branch *b, double *f, double g, double *dp) {
   *dp += more;
 }
 
-/* Adds `part` times the equations at the workspace's state and multipliers: forces that nothing balances, with
- * the sign of a derivative of the energy, and the lengths. */
+/* Adds `part` times the equations at the workspace's state and multipliers: forces that nothing balances,
+ * with the sign of a derivative of the energy, and the lengths. */
 static void add_equations(const hb_branch *b, double part, double *out) {
   const hb_statics *s = &b->s;
   const hb_rod *rod = b->rod;
@@ -115,7 +115,8 @@ static void add_equations(const hb_branch *b, double part, double *out) {
     int k = rod->first + i;
     hb_v3 pull = {0, 0, 0};
     if (i + 1 < rod->nv) {
-      double C = hb_inextensible_edge(x + 3 * i, s->model->rest_length[k], s->model->inv_rest_length[k], &pull);
+      double C =
+          hb_inextensible_edge(x + 3 * i, s->model->rest_length[k], s->model->inv_rest_length[k], &pull);
       pull = hb_v3_scale(s->multiplier[k], pull);
       out[HB_KKT_STRIDE * (i + 1) + HB_KKT_MULTIPLIER] += part * C;
     }
@@ -131,13 +132,14 @@ static void add_equations(const hb_branch *b, double part, double *out) {
 /* Weights of a first derivative by five points, of which number `at` is where it is taken; in units of the
  * distance. */
 static void weights(int at, double w[5]) {
-  static const double table[3][5] = {
-      {-25.0 / 12, 4, -3, 4.0 / 3, -1.0 / 4}, {-1.0 / 4, -5.0 / 6, 3.0 / 2, -1.0 / 2, 1.0 / 12}, {1.0 / 12, -2.0 / 3, 0, 2.0 / 3, -1.0 / 12}};
+  static const double table[3][5] = {{-25.0 / 12, 4, -3, 4.0 / 3, -1.0 / 4},
+                                     {-1.0 / 4, -5.0 / 6, 3.0 / 2, -1.0 / 2, 1.0 / 12},
+                                     {1.0 / 12, -2.0 / 3, 0, 2.0 / 3, -1.0 / 12}};
   for (int k = 0; k < 5; k++) w[k] = at <= 2 ? table[at][k] : -table[4 - at][4 - k];
 }
 
-/* Angles follow the positions (they are in equilibrium at every point that is looked at), so the derivative is
- * a total one in them, and their own rows are 0. */
+/* Angles follow the positions (they are in equilibrium at every point that is looked at), so the derivative
+ * is a total one in them, and their own rows are 0. */
 hb_status hb_branch_differentiate(hb_branch *b, hb_error *err) {
   hb_statics *s = &b->s;
   double p = b->p, h = DIFFERENCE * b->range, w[5];

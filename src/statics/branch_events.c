@@ -51,8 +51,8 @@ static void take(bracket *k, bool low, double at, double f) {
   k->side = low ? -1 : 1;
 }
 
-/* The tangent has no part of the parameter. There the parameter is flat: it is known to the square of the error
- * of the place. */
+/* The tangent has no part of the parameter. There the parameter is flat: it is known to the square of the
+ * error of the place. */
 bool hb_branch_find_fold(hb_branch *b, const hb_branch_point *a, const hb_branch_point *z, double end,
                          hb_branch_point *out) {
   bracket k = {0, end, a->tangent_p, z->tangent_p, 0};
@@ -65,7 +65,8 @@ bool hb_branch_find_fold(hb_branch *b, const hb_branch_point *a, const hb_branch
   return false;
 }
 
-/* Mean stiffness of the `count` softest modes at a point that was just finished; `rigid` motions are left out. */
+/* Mean stiffness of the `count` softest modes at a point that was just finished; `rigid` motions are left
+ * out. */
 static double mean_stiffness(hb_branch *b, int rigid, int count, bool fresh) {
   double values[HB_BRANCH_MODES], sum = 0;
   (void)hb_kkt_factor(&b->s.kkt, b->shift);
@@ -99,8 +100,8 @@ static int count_rigid(hb_branch *b, const hb_branch_point *a) {
   return b->rigid_count;
 }
 
-/* The stiffness of the modes that change: its sign is known at both ends, its value only where these modes are
- * the softest. */
+/* The stiffness of the modes that change: its sign is known at both ends, its value only where these modes
+ * are the softest. */
 bool hb_branch_find_bifurcation(hb_branch *b, const hb_branch_point *a, double start, double end, int before,
                                 int after, double *at, int *multiplicity, int *left, hb_branch_point *out) {
   bracket k = {start, end, 0, 0, 0};

@@ -9,8 +9,8 @@
 #include <string.h>
 
 #define ROUNDS 80
-/* Stiffnesses have converged if they change by less, relative to the largest of them or to the least that can be
- * told from 0. */
+/* Stiffnesses have converged if they change by less, relative to the largest of them or to the least that can
+ * be told from 0. */
 #define STEADY 1e-9
 #define BLURRED 0.02
 /* A rotation of the rod's length by round-off. */
@@ -92,8 +92,7 @@ static void rigid_at(const hb_branch *b, const double center[3], int kind, int i
 }
 
 /* Squares of what supports forbid, of all seven motions: 0 on those that they allow. */
-static void forbid(const hb_branch *b, const double center[3],
-                   double a[HB_BRANCH_RIGID][HB_BRANCH_RIGID]) {
+static void forbid(const hb_branch *b, const double center[3], double a[HB_BRANCH_RIGID][HB_BRANCH_RIGID]) {
   const hb_model *m = b->s.model;
   double move[HB_BRANCH_RIGID][4];
   memset(a, 0, HB_BRANCH_RIGID * sizeof a[0]);
@@ -106,8 +105,7 @@ static void forbid(const hb_branch *b, const double center[3],
       double length = b->rod->length, unit = c < 3 ? 1 / length : 1;
       for (int k = 0; k < HB_BRANCH_RIGID; k++)
         for (int l = 0; l < HB_BRANCH_RIGID; l++)
-          a[k][l] +=
-              unit * (k < 3 ? length : 1) * move[k][c] * unit * (l < 3 ? length : 1) * move[l][c];
+          a[k][l] += unit * (k < 3 ? length : 1) * move[k][c] * unit * (l < 3 ? length : 1) * move[l][c];
     }
   }
 }
@@ -128,8 +126,8 @@ static void write_motion(const hb_branch *b, const double center[3], const doubl
     if (b->s.kkt.weight[k] == 0) out[k] = 0;
 }
 
-/* Those of the allowed motions whose energy does not change, or the `most` that change it least: in the span of
- * `count` vectors, which are replaced.
+/* Those of the allowed motions whose energy does not change, or the `most` that change it least: in the span
+ * of `count` vectors, which are replaced.
  */
 static int keep_neutral(hb_branch *b, int count, int most) {
   double a[HB_BRANCH_RIGID][HB_BRANCH_RIGID], v[HB_BRANCH_RIGID][HB_BRANCH_RIGID], values[HB_BRANCH_RIGID];
@@ -193,7 +191,8 @@ static void iterate(hb_branch *b, int count) {
     for (int k = 0; k < kkt->matrix.n; k++)
       if (kkt->weight[k] == 0) v[k] = 0;
     for (int twice = 0; twice < 2; twice++) {
-      for (int j = 0; j < b->rigid_count; j++) add(b, v, -product(b, v, b->rigid + j * room), b->rigid + j * room);
+      for (int j = 0; j < b->rigid_count; j++)
+        add(b, v, -product(b, v, b->rigid + j * room), b->rigid + j * room);
       for (int j = 0; j < i; j++) add(b, v, -product(b, v, b->mode + j * room), b->mode + j * room);
       double size = sqrt(product(b, v, v));
       for (int k = 0; k < kkt->matrix.n; k++) v[k] /= size;
@@ -206,8 +205,7 @@ static void combine(hb_branch *b, int count, double *values) {
   double a[HB_BRANCH_RIGID][HB_BRANCH_RIGID], v[HB_BRANCH_RIGID][HB_BRANCH_RIGID], old[HB_BRANCH_MODES];
   size_t room = (size_t)b->room;
   for (int i = 0; i < count; i++)
-    for (int j = 0; j <= i; j++)
-      a[i][j] = a[j][i] = stiffness(b, b->mode + i * room, b->mode + j * room);
+    for (int j = 0; j <= i; j++) a[i][j] = a[j][i] = stiffness(b, b->mode + i * room, b->mode + j * room);
   hb_small_eigen(count, a, v, values);
   for (size_t k = 0; k < room; k++) {
     for (int i = 0; i < count; i++) old[i] = b->mode[i * room + k];
@@ -225,9 +223,10 @@ void hb_branch_softest(hb_branch *b, int count, bool fresh, double *values) {
   double last[HB_BRANCH_MODES] = {0};
   for (int i = 0; fresh && i < count; i++)
     for (int k = 0; k < b->room; k++) /* no symmetry in it */
-      b->mode[i * b->room + k] = k < kkt->matrix.n && kkt->weight[k] != 0
-                                     ? sin(1.0 + i + (0.7 + 0.31 * i) * k) + 0.3 * cos((0.013 + 0.008 * i) * k)
-                                     : 0;
+      b->mode[i * b->room + k] =
+          k < kkt->matrix.n && kkt->weight[k] != 0
+              ? sin(1.0 + i + (0.7 + 0.31 * i) * k) + 0.3 * cos((0.013 + 0.008 * i) * k)
+              : 0;
   for (int round = 0; round < ROUNDS; round++) {
     double change = 0, size = 0;
     iterate(b, count);

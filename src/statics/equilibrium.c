@@ -188,7 +188,8 @@ static hb_status look_around(hb_statics *s, const hb_rod *rod, double t, bool an
     /* what was predicted for this place, or what fits it now: whichever fits better tells how far off it is
      */
     new_multipliers(s, rod, s->scratch);
-    double expected = hb_statics_unbalanced(s, rod, multiplier), fitted = hb_statics_unbalanced(s, rod, s->scratch);
+    double expected = hb_statics_unbalanced(s, rod, multiplier),
+           fitted = hb_statics_unbalanced(s, rod, s->scratch);
     now->residual = fmin(expected, fitted);
     now->fitted = fitted < expected;
     now->scale = fmax(s->unit, hb_statics_largest_tension(rod, multiplier));

@@ -17,8 +17,8 @@ typedef struct traced_point {
   hb_trace_kind kind;
   int branch, unstable, neutral, multiplicity;
   double parameter, arc, residual, energy;
-  double force[3];           /* of the supports in the first half of the rod */
-  double first[3], last[3];  /* vertices */
+  double force[3];          /* of the supports in the first half of the rod */
+  double first[3], last[3]; /* vertices */
   double middle[3];
   double farthest; /* of a vertex from the line between the first and the last, at most */
 } traced_point;
@@ -76,8 +76,8 @@ static hb_status traced_close(void *context, const hb_trace_end *end, hb_error *
   return HB_OK;
 }
 
-/* Traces the scene, of scenes/NAME.yaml or the text itself where it has a line break; overrides end with NULL. Ends
- * the test if anything fails. */
+/* Traces the scene, of scenes/NAME.yaml or the text itself where it has a line break; overrides end with
+ * NULL. Ends the test if anything fails. */
 static inline void traced_begin(traced *t, const char *name, ...) {
   char path[500], texts[8][80];
   const char *overrides[8], *next;
