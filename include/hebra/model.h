@@ -149,6 +149,15 @@ typedef struct hb_output_def {
   bool link;                 /* look at the link of every rod that has one in every frame */
 } hb_output_def;
 
+/* A branch of equilibria over a parameter (hebra/trace.h). */
+typedef struct hb_trace_def {
+  char *parameter;      /* its name, or "t"; NULL: the scene asks for no branch */
+  double from, to;      /* different */
+  double step;          /* longest step, > 0, <= 1 */
+  int points, branches; /* at most */
+  int line, column;
+} hb_trace_def;
+
 /* A whole scene. */
 typedef struct hb_scene_def {
   char *title, *description, *path; /* path of the scene file, may be NULL */
@@ -161,6 +170,7 @@ typedef struct hb_scene_def {
   int force_count;
   hb_method_def method;
   hb_output_def output;
+  hb_trace_def trace;
   uint64_t run; /* number of the run that goes on here (hb_checkpoint.run); 0: a new run */
 } hb_scene_def;
 

@@ -162,8 +162,8 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
 
 /* All sections. */
 static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
-  static const char *const keys[] = {"title",   "description", "units",  "parameters", "method",
-                                     "gravity", "rods",        "forces", "output",     NULL};
+  static const char *const keys[] = {"title", "description", "units",  "parameters", "method", "gravity",
+                                     "rods",  "forces",      "output", "trace",      NULL};
   const hb_node *method, *rods, *units = hb_node_find(root, "units");
   hb_status status = hb_scene_check_keys(r, root, keys);
   if (!status) status = hb_scene_text(r, hb_node_find(root, "title"), &r->def->title);
@@ -176,6 +176,7 @@ static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
   if (!status) status = hb_scene_read_rods(r, rods);
   if (!status) status = hb_scene_read_forces(r, root);
   if (!status) status = read_output(r, hb_node_find(root, "output"));
+  if (!status) status = hb_scene_read_trace(r, hb_node_find(root, "trace"));
   return status;
 }
 
