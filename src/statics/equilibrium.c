@@ -32,7 +32,7 @@ typedef struct look {
 } look;
 
 /* What forces, stiffnesses and round-off of this rod are compared with. */
-static void find_scales(hb_statics *s, const hb_rod *rod) {
+void hb_statics_find_scales(hb_statics *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   double B = 0, load = 0, shortest = rod->length, length = rod->length;
   for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
@@ -62,7 +62,7 @@ static hb_v3 pull_of(const hb_statics *s, const hb_rod *rod, const double *multi
 }
 
 /* Largest force on a free coordinate that neither loads, elasticity nor lengths balance. */
-static double unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
+double hb_statics_unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
   const hb_model *m = s->model;
   double most = 0;
   int last = rod->first + rod->nv - 1;
@@ -83,7 +83,7 @@ static double unbalanced(const hb_statics *s, const hb_rod *rod, const double *m
 }
 
 /* Largest multiplier as a tension. */
-static double largest_tension(const hb_rod *rod, const double *multiplier) {
+double hb_statics_largest_tension(const hb_rod *rod, const double *multiplier) {
   double most = 0;
   for (int j = 0; j + 1 < rod->nv; j++) most = fmax(most, 2 * fabs(multiplier[j]));
   return most;
@@ -195,10 +195,11 @@ static hb_status look_around(hb_statics *s, const hb_rod *rod, double t, bool an
     /* what was predicted for this place, or what fits it now: whichever fits better tells how far off it is
      */
     new_multipliers(s, rod, s->scratch);
-    double expected = unbalanced(s, rod, multiplier), fitted = unbalanced(s, rod, s->scratch);
+    double expected = hb_statics_unbalanced(s, rod, multiplier),
+           fitted = hb_statics_unbalanced(s, rod, s->scratch);
     now->residual = fmin(expected, fitted);
     now->fitted = fitted < expected;
-    now->scale = fmax(s->unit, largest_tension(rod, multiplier));
+    now->scale = fmax(s->unit, hb_statics_largest_tension(rod, multiplier));
     /* next to equilibrium a long step is round-off along a mode without stiffness */
     if (now->residual > 1e-3 * now->scale || now->turn < 10 * turn_before || s->floor >= s->softest)
       return HB_OK;
@@ -349,13 +350,13 @@ hb_status hb_statics_solve(hb_statics *s, const hb_rod *rod, double from, double
   s->magnitude = 0;
   hb_status status = hb_statics_evaluate(s, rod, from, err);
   if (status) return status;
-  find_scales(s, rod);
+  hb_statics_find_scales(s, rod);
   guess_multipliers(s, rod);
   status = carry_supports(s, rod, from, t, options, result, err);
   if (!status) status = hb_statics_evaluate(s, rod, t, err);
   if (status) return status;
   s->magnitude = fabs(s->energy);
-  find_scales(s, rod);
+  hb_statics_find_scales(s, rod);
   guess_multipliers(s, rod);
   status = check_held(s, rod, err);
   return status ? status : balance(s, rod, t, options, options->max_iterations, true, result, err);

@@ -1,4 +1,4 @@
-/* Lanczos's method on the shifted and inverted pencil, with full orthogonalisation (docs/theory, 12.3). */
+/* Lanczos's method on the shifted and inverted pencil, with full orthogonalisation (docs/theory, 14.3). */
 #include "statics/vibration.h"
 
 #include "base/memory.h"

@@ -1,4 +1,4 @@
-/* Which modes there are, and the proof that none was missed (docs/theory, 12.2, 12.4). */
+/* Which modes there are, and the proof that none was missed (docs/theory, 14.2, 14.4). */
 #include "statics/vibration.h"
 
 #include "base/memory.h"
