@@ -236,8 +236,8 @@ static hb_link look(trial *t) {
   return link;
 }
 
-/* One of the scenes of rings, step by step; every output frame has the link of the first, to round-off. Returns
- * the bending energy of the last one times the length. */
+/* One of the scenes of rings, step by step; every output frame has the link of the first, to round-off.
+ * Returns the bending energy of the last one times the length. */
 static double run_scene(const char *name, double link_expected) {
   char path[400];
   trial t;
@@ -253,8 +253,8 @@ static double run_scene(const char *name, double link_expected) {
     link = look(&t);
     assert_near(link.twist + link.writhe, link_expected, 1e-12);
   }
-  say("%s: twist %.6f -> %.6f, writhe %.6f -> %.6f turns, error %.1e\n", name, first.twist, link.twist, first.writhe,
-      link.writhe, link.error);
+  say("%s: twist %.6f -> %.6f, writhe %.6f -> %.6f turns, error %.1e\n", name, first.twist, link.twist,
+      first.writhe, link.writhe, link.error);
   double energy = t.frame->bending * t.model->rods[0].length;
   assert_at_most(fabs(t.frame->balance), 1e-3 * (t.frame->bending + t.frame->twisting));
   trial_end(&t);
