@@ -146,7 +146,17 @@ typedef struct hb_output_def {
   double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
   uint64_t fields;           /* HB_FIELD_BIT of those that the trajectory holds; 0: not said */
   bool single;               /* fields in the trajectory are floats */
+  bool link;                 /* look at the link of every rod that has one in every frame */
 } hb_output_def;
+
+/* A branch of equilibria over a parameter (hebra/trace.h). */
+typedef struct hb_trace_def {
+  char *parameter;      /* its name, or "t"; NULL: the scene asks for no branch */
+  double from, to;      /* different */
+  double step;          /* longest step, > 0, <= 1 */
+  int points, branches; /* at most */
+  int line, column;
+} hb_trace_def;
 
 /* A whole scene. */
 typedef struct hb_scene_def {
@@ -160,6 +170,7 @@ typedef struct hb_scene_def {
   int force_count;
   hb_method_def method;
   hb_output_def output;
+  hb_trace_def trace;
   uint64_t run; /* number of the run that goes on here (hb_checkpoint.run); 0: a new run */
 } hb_scene_def;
 

@@ -141,7 +141,7 @@ static hb_status read_fields(hb_scene_reader *r, const hb_node *node) {
 
 /* output */
 static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", NULL};
+  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", "link", NULL};
   static const char *const precisions[] = {"double", "single", NULL};
   int precision = 0;
   if (!node) return HB_OK;
@@ -151,6 +151,7 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
   if (!status) status = read_fields(r, hb_node_find(node, "fields"));
   if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
   r->def->output.single = precision == 1;
+  if (!status) status = hb_scene_flag(r, hb_node_find(node, "link"), &r->def->output.link);
   if (!status)
     status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
   return status;
@@ -158,8 +159,8 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
 
 /* All sections. */
 static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
-  static const char *const keys[] = {"title",   "description", "units",  "parameters", "method",
-                                     "gravity", "rods",        "forces", "output",     NULL};
+  static const char *const keys[] = {"title", "description", "units",  "parameters", "method", "gravity",
+                                     "rods",  "forces",      "output", "trace",      NULL};
   const hb_node *method, *rods, *units = hb_node_find(root, "units");
   hb_status status = hb_scene_check_keys(r, root, keys);
   if (!status) status = hb_scene_text(r, hb_node_find(root, "title"), &r->def->title);
@@ -172,6 +173,7 @@ static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
   if (!status) status = hb_scene_read_rods(r, rods);
   if (!status) status = hb_scene_read_forces(r, root);
   if (!status) status = read_output(r, hb_node_find(root, "output"));
+  if (!status) status = hb_scene_read_trace(r, hb_node_find(root, "trace"));
   return status;
 }
 
