@@ -123,18 +123,23 @@ typedef enum hb_precision {
 } hb_precision;
 
 typedef struct hb_method_def {
-  char *integrator;        /* "symplectic-euler" or "verlet" */
+  char *integrator;        /* "symplectic-euler", "verlet", "implicit" or "backward-euler" */
   double time_step;        /* > 0 */
   double duration;         /* >= 0 */
   double length_tolerance; /* default 1e-10 (a scene file with precision single: 1e-5) */
   hb_length_tolerance_kind length_tolerance_kind;
-  int max_projections;      /* iterations before giving up, default 100 */
+  double error_tolerance; /* implicit schemes: largest error of a position per piece of a step, over the rod's
+                             length; default 0: steps are taken whole */
+  int max_projections;    /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
   hb_lane_choice lanes;     /* no key of a scene: the program's to choose */
   hb_precision precision;   /* default double */
   int threads; /* of a run, >= 1; 0: as many as the machine has processors. Not part of a scene file */
   int line, column;
 } hb_method_def;
+
+/* Is it one of the schemes that are stable at any step? */
+bool hb_method_is_implicit(const hb_method_def *method);
 
 typedef struct hb_output_def {
   int every;                 /* steps between frames, >= 1 */
@@ -276,7 +281,8 @@ void hb_model_free(hb_model *model);
 
 /* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist,
  * tension from the loads and speeds at the start, viscosity, damping. rod: gets the rod that limits it, NULL
- * allowed. INFINITY if nothing limits it: without bending, damping, loads and motion there is no estimate. */
+ * allowed. INFINITY if nothing limits it: without bending, damping, loads and motion there is no estimate,
+ * and implicit schemes have no limit. */
 double hb_model_stable_step(const hb_model *model, int *rod);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-/* hebra/modes.h - natural frequencies and modes about an equilibrium (docs/theory, 12). */
+/* hebra/modes.h - natural frequencies and modes about an equilibrium (docs/theory, 14). */
 #ifndef HEBRA_MODES_H
 #define HEBRA_MODES_H
 

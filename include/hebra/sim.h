@@ -145,6 +145,12 @@ void hb_measure_choose(hb_measure *measure, uint64_t fields);
  * forces: also what tension, reaction and internal_force are measured from. All else in `to` stays as it is.
  */
 void hb_sim_snapshot(const hb_sim *sim, bool forces, hb_state *to);
+/* Linking number of one edge of the ribbon that m1 makes of a rod with its centreline, total twist in turns, and
+ * writhe of the polygon: link[0] = link[1] + link[2] (Calugareanu 1959; White 1969). Of a closed rod the first is a
+ * number that stays as long as the rod does not pass through itself, a whole one unless it was closed with a cut
+ * (docs/theory, 12.7); of an open one it is no more than the sum. frame needs the fields position and twist. Time
+ * grows with the square of the number of vertices. */
+void hb_frame_rod_link(const hb_model *model, const hb_frame *frame, int rod, double link[3]);
 /* The rod's own totals: kinetic, bending, twisting. */
 void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
 

@@ -83,7 +83,7 @@ static void balance(hb_json *json, const hb_frame *start, const hb_frame *end) {
 /* Twist of one rod: sum over its vertices, and the range of the twisting moment. */
 static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
   double total = 0, least = HUGE_VAL, most = -HUGE_VAL;
-  for (int i = rod->first + 1; i < rod->first + rod->nv - 1; i++) {
+  for (int i = rod->first + 1; i <= rod->first + rod->last_joint; i++) {
     total += frame->twist[i];
     least = fmin(least, frame->twisting_moment[i]);
     most = fmax(most, frame->twisting_moment[i]);
@@ -94,8 +94,18 @@ static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
   hb_json_number(json, "twisting_moment_most", most);
 }
 
+/* Three numbers. */
+void hb_report_link(hb_json *json, const char *key, const hb_model *model, int rod, const hb_frame *frame) {
+  static const char *const names[] = {"linking_number", "twist", "writhe"};
+  double link[3];
+  hb_frame_rod_link(model, frame, rod, link);
+  hb_json_object(json, key);
+  for (int c = 0; c < 3; c++) hb_json_number(json, names[c], link[c]);
+  hb_json_object_end(json);
+}
+
 /* All rods. */
-static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
+static void rods(hb_json *json, const hb_model *model, const hb_frame *start, const hb_frame *frame) {
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
     const hb_rod *rod = &model->rods[r];
@@ -116,6 +126,8 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
     rod_twist(json, rod, frame);
+    if (rod->closed) hb_report_link(json, "link_start", model, r, start);
+    if (rod->closed) hb_report_link(json, "link", model, r, frame);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
@@ -183,12 +195,13 @@ bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const
                              double largest_energy, char text[HB_REPORT_SENTENCE]) {
   const char *integrator = model->def->method.integrator;
   double allowed = integrator && strcmp(integrator, "symplectic-euler") == 0 ? 0.2 : 0.05;
+  bool damps = integrator && strcmp(integrator, "backward-euler") == 0; /* what is missing was meant to be */
   double before = start->kinetic + start->bending + start->twisting;
   double after = end->kinetic + end->bending + end->twisting;
   double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
   scale = fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
   text[0] = 0;
-  if (fabs(end->balance) <= allowed * scale) return false;
+  if (fabs(end->balance) <= allowed * scale || (damps && end->balance < 0)) return false;
   snprintf(
       text, HB_REPORT_SENTENCE,
       "the books of energy do not close: %.3g is missing or too much, %.2g %% of the largest energy or work "
@@ -221,6 +234,12 @@ static void warnings(hb_json *json, const hb_sim *sim, const hb_frame *start, co
   hb_json_integer(json, "folds", (long long)scalar[HB_S_FOLDS]);
   hb_json_integer(json, "first_order_fallbacks", (long long)scalar[HB_S_FALLBACKS]);
   hb_json_integer(json, "twist_saddles_left", (long long)scalar[HB_S_SADDLES]);
+  if (hb_method_is_implicit(&hb_sim_model(sim)->def->method)) {
+    hb_json_integer(json, "newton_steps", (long long)scalar[HB_S_NEWTON]);
+    hb_json_integer(json, "factorisations", (long long)scalar[HB_S_FACTORISATIONS]);
+    hb_json_integer(json, "pieces", (long long)scalar[HB_S_PIECES]);
+    hb_json_integer(json, "pieces_rejected", (long long)scalar[HB_S_REJECTED]);
+  }
 }
 
 /* The whole report. */
@@ -235,7 +254,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   scene(&json, model);
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end);
-  rods(&json, model, end);
+  rods(&json, model, start, end);
   cost(&json, sim, facts->wall_seconds, facts->peak_bytes);
   warnings(&json, sim, start, end, facts->largest_energy);
   hb_json_text(&json, "source", model->def->source);

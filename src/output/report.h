@@ -38,4 +38,7 @@ bool hb_report_step_warning(const hb_model *model, char text[HB_REPORT_SENTENCE]
 bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const hb_frame *end,
                              double largest_energy, char text[HB_REPORT_SENTENCE]);
 
+/* An object with linking number, twist in turns and writhe of a rod. */
+void hb_report_link(hb_json *json, const char *key, const hb_model *model, int rod, const hb_frame *frame);
+
 #endif

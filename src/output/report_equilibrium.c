@@ -63,9 +63,9 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
   for (int r = 0; r < model->rod_count; r++) {
     const hb_rod *rod = &model->rods[r];
     double energy[3], twist = 0;
-    int last = rod->first + rod->nv - 1;
+    int last = rod->first + rod->nv - 1, behind = rod->first + rod->last_joint + 1;
     hb_frame_rod_energy(model, frame, r, energy);
-    for (int k = rod->first + 1; k < last; k++) twist += frame->twist[k];
+    for (int k = rod->first + 1; k < behind; k++) twist += frame->twist[k];
     hb_json_object(json, NULL);
     hb_json_text(json, "name", rod->name);
     hb_json_integer(json, "vertices", rod->nv);
@@ -74,10 +74,11 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
     hb_json_number(json, "twisting", energy[2]);
     hb_json_number(json, "total_twist", twist);
     range(json, "twisting_moment_least", "twisting_moment_most", frame->twisting_moment, rod->first + 1,
-          last);
+          behind);
     range(json, "tension_least", "tension_most", frame->tension, rod->first, last);
     hb_json_vector(json, "first_vertex", frame->position + 3 * rod->first, 3);
     hb_json_vector(json, "last_vertex", frame->position + 3 * last, 3);
+    if (rod->closed) hb_report_link(json, "link", model, r, frame);
     supports(json, model, rod, frame);
     hb_json_object_end(json);
   }

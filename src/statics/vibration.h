@@ -1,4 +1,4 @@
-/* The lowest modes of one rod about an equilibrium (docs/theory, 12). */
+/* The lowest modes of one rod about an equilibrium (docs/theory, 14). */
 #ifndef HB_STATICS_VIBRATION_H
 #define HB_STATICS_VIBRATION_H
 
