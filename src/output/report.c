@@ -53,8 +53,10 @@ static void energies(hb_json *json, const char *key, const hb_frame *frame) {
   hb_json_number(json, "kinetic", frame->kinetic);
   hb_json_number(json, "bending", frame->bending);
   hb_json_number(json, "twisting", frame->twisting);
+  hb_json_number(json, "stretching", frame->stretching);
   hb_json_number(json, "gravity", frame->gravity);
-  hb_json_number(json, "sum_without_gravity", frame->kinetic + frame->bending + frame->twisting);
+  hb_json_number(json, "sum_without_gravity",
+                 frame->kinetic + frame->bending + frame->twisting + frame->stretching);
   hb_json_object_end(json);
 }
 
@@ -115,6 +117,7 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
     hb_json_number(json, "kinetic", energy[0]);
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
+    hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     rod_twist(json, rod, frame);
     hb_json_object_end(json);
   }
@@ -183,8 +186,8 @@ bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const
                              double largest_energy, char text[HB_REPORT_SENTENCE]) {
   const char *integrator = model->def->method.integrator;
   double allowed = integrator && strcmp(integrator, "symplectic-euler") == 0 ? 0.2 : 0.05;
-  double before = start->kinetic + start->bending + start->twisting;
-  double after = end->kinetic + end->bending + end->twisting;
+  double before = start->kinetic + start->bending + start->twisting + start->stretching;
+  double after = end->kinetic + end->bending + end->twisting + end->stretching;
   double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
   scale = fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
   text[0] = 0;
