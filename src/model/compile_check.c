@@ -215,18 +215,14 @@ hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err) 
     const char *what;
     const double *a;
     int count, sign;
-  } arrays[] = {{"rest shape", r->rest, 3 * r->nv, 0},
-                {"initial shape", r->initial, 3 * r->nv, 0},
-                {"velocity", r->velocity, 3 * r->nv, 0},
-                {"mass", r->mass, r->nv, 2},
-                {"bending", r->B, 3 * (r->nv - 1), 0},
-                {"twisting", r->beta, r->nv, 1},
-                {"viscosity", r->viscosity, r->nv - 1, 1},
-                {"natural twist", r->natural_twist, r->nv, 0},
-                {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
-                {"mass damping", &r->mass_damping, 1, 1},
-                {"radius", &r->radius, 1, 2},
-                {"director", r->first_director, 3, 0}};
+  } arrays[] = {
+      {"rest shape", r->rest, 3 * r->nv, 0},         {"initial shape", r->initial, 3 * r->nv, 0},
+      {"velocity", r->velocity, 3 * r->nv, 0},       {"mass", r->mass, r->nv, 2},
+      {"bending", r->B, 3 * (r->nv - 1), 0},         {"twisting", r->beta, r->nv, 1},
+      {"viscosity", r->viscosity, r->nv - 1, 1},     {"stretching", r->stretching, r->nv - 1, 2},
+      {"natural twist", r->natural_twist, r->nv, 0}, {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
+      {"mass damping", &r->mass_damping, 1, 1},      {"radius", &r->radius, 1, 2},
+      {"director", r->first_director, 3, 0}};
   hb_status status = HB_OK;
   for (size_t k = 0; !status && k < sizeof arrays / sizeof arrays[0]; k++)
     status = check_array(def, r, arrays[k].what, arrays[k].a, arrays[k].count, arrays[k].sign, err);
