@@ -2,8 +2,9 @@
  * tables compiled from them.
  *
  * Vertices count from 0 .. nv-1, edge j joins vertices j and j+1, interior vertices are 1 .. nv-2
- * (docs/theory). In the compiled model all rods lie one behind the other in one numbering of slots: vertex i
- * of a rod is slot first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
+ * (docs/theory). A closed rod lists its first vertex once more as its last: nv - 1 vertices and as many edges
+ * in truth. In the compiled model all rods lie one behind the other in one numbering of slots: vertex i of a
+ * rod is slot first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
 #ifndef HEBRA_MODEL_H
 #define HEBRA_MODEL_H
 
@@ -44,10 +45,21 @@ typedef struct hb_support_def {
   int line, column;  /* place in the scene file, 0 if none */
 } hb_support_def;
 
+/* How the two ends of a rod are joined, in the initial shape (docs/theory, 12). */
+typedef enum hb_closing {
+  HB_CLOSING_NONE,  /* an open rod */
+  HB_CLOSING_TURNS, /* as little twist as makes the material frame meet itself, and so many turns more */
+  HB_CLOSING_TWIST, /* so much twist in all, radians */
+  HB_CLOSING_LINK   /* so much twist that the linking number is this */
+} hb_closing;
+
 /* One rod. Arrays have nv entries per vertex, nv-1 per edge. */
 typedef struct hb_rod_def {
   char *name;
-  int nv;       /* >= 3 */
+  int nv; /* >= 3; of a closed rod >= 4, since its first vertex is the last once more (in the initial shape;
+             the rest shape may be open, the vertex of the joint then has the mean of what its neighbours
+             have at rest). What belongs to that vertex (mass, moduli) is the mean of both entries, the mass
+             their sum */
   double *rest; /* 3 nv: rest shape; gives rest lengths, rest curvature, and (with rest_m1) natural twist */
   double *rest_m1; /* 3 (nv-1) first directors on the rest shape, projected and normalised; NULL: Bishop frame
                       of the rest shape, turned by natural_twist */
@@ -63,7 +75,9 @@ typedef struct hb_rod_def {
                                 library */
   bool straight_rest;        /* rest curvature taken as zero whatever `rest` is: only its lengths count */
   bool lengths_from_initial; /* rest lengths = edge lengths of the initial shape */
-  double radius;             /* for drawing and for drag on a thickness, > 0 */
+  hb_closing closing;
+  double closing_value; /* turns, radians or linking number */
+  double radius;        /* for drawing and for drag on a thickness, > 0 */
   hb_support_def *supports;
   int support_count;
   int line, column;
@@ -109,18 +123,23 @@ typedef enum hb_precision {
 } hb_precision;
 
 typedef struct hb_method_def {
-  char *integrator;        /* "symplectic-euler" or "verlet" */
+  char *integrator;        /* "symplectic-euler", "verlet", "implicit" or "backward-euler" */
   double time_step;        /* > 0 */
   double duration;         /* >= 0 */
   double length_tolerance; /* default 1e-10 (a scene file with precision single: 1e-5) */
   hb_length_tolerance_kind length_tolerance_kind;
-  int max_projections;      /* iterations before giving up, default 100 */
+  double error_tolerance; /* implicit schemes: largest error of a position per piece of a step, over the rod's
+                             length; default 0: steps are taken whole */
+  int max_projections;    /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
   hb_lane_choice lanes;     /* no key of a scene: the program's to choose */
   hb_precision precision;   /* default double */
   int threads; /* of a run, >= 1; 0: as many as the machine has processors. Not part of a scene file */
   int line, column;
 } hb_method_def;
+
+/* Is it one of the schemes that are stable at any step? */
+bool hb_method_is_implicit(const hb_method_def *method);
 
 typedef struct hb_output_def {
   int every;                 /* steps between frames, >= 1 */
@@ -167,6 +186,8 @@ void hb_scene_def_free(hb_scene_def *def); /* frees everything inside, also form
 typedef struct hb_rod {
   const char *name;
   int index, first, nv;
+  bool closed;      /* vertex nv - 1 is vertex 0: each of the two slots holds half of it */
+  int last_joint;   /* vertices 1 .. last_joint bend and twist: nv - 2, of a closed rod nv - 1 */
   bool closed_form; /* isotropic, straight at rest, no viscosity: twist in closed form */
   bool twist_free;  /* closed_form and no span has both ends held: no twisting moment ever */
   double length;    /* rest length */
@@ -175,11 +196,12 @@ typedef struct hb_rod {
   int first_position, position_count; /* its entries in positions, bases before what hangs on them */
 } hb_rod;
 
-/* A stretch of a rod between neighbouring edges whose material frame is prescribed, or a rod's end. */
+/* A stretch of a rod between neighbouring edges whose material frame is prescribed, or a rod's end. That of a
+ * closed rod leads once around it: its last edge, in the slot behind all edges, is the first. */
 typedef struct hb_span {
   int rod;
   int first_edge, last_edge;   /* slots; the span's interior vertices are first_edge+1 .. last_edge */
-  int first_frame, last_frame; /* index into frames, or -1: stress-free end */
+  int first_frame, last_frame; /* index into frames, or -1: stress-free end, or joined to the other one */
   int first_panel,
       panel_count;      /* panels of at most HB_PANEL_EDGES edges; 0 where the span carries no twist */
   double compliance;    /* sum of l_i / (2 beta_i) */
@@ -250,7 +272,8 @@ void hb_model_free(hb_model *model);
 
 /* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist,
  * tension from the loads and speeds at the start, viscosity, damping. rod: gets the rod that limits it, NULL
- * allowed. INFINITY if nothing limits it: without bending, damping, loads and motion there is no estimate. */
+ * allowed. INFINITY if nothing limits it: without bending, damping, loads and motion there is no estimate,
+ * and implicit schemes have no limit. */
 double hb_model_stable_step(const hb_model *model, int *rod);
 
 #ifdef __cplusplus

@@ -147,22 +147,29 @@ void hb_measure_choose(hb_measure *measure, uint64_t fields);
  * forces: also what tension, reaction and internal_force are measured from. All else in `to` stays as it is.
  */
 void hb_sim_snapshot(const hb_sim *sim, bool forces, hb_state *to);
-/* How a rod whose first and last edge have prescribed frames winds about itself, in turns. It is closed to a
- * ring by a path without twist that goes straight on from its last edge, far around it, and straight into the
- * first one. twist + writhe + closing is then the linking number, a whole number (Calugareanu, White, Fuller;
- * docs/theory, 9.6). While the end edges stand still, twist + writhe only changes where the rod passes
- * through itself, by 2. */
+/* How a rod winds about itself, in turns: a closed one, or one whose first and last edge have prescribed
+ * frames. The latter is closed to a ring by a path without twist that goes straight on from its last edge,
+ * far around it, and straight into the first one. twist + writhe + closing is then the linking number, a
+ * whole number (Calugareanu, White, Fuller; docs/theory, 9.6). While the end edges stand still, twist +
+ * writhe only changes where the rod passes through itself, by 2. */
 typedef struct hb_link {
   bool defined;   /* false: an end is free to turn; all else is 0 */
   double twist;   /* sum of the twists of all vertices */
   double writhe;  /* of the closed polygon */
-  double closing; /* between the last director, carried along the path, and the first: -1/2 to 1/2 */
+  double closing; /* between the last director, carried along the path, and the first: -1/2 to 1/2; closed
+                     rods: 0, unless closed with a cut */
   double link;    /* the whole number nearest to their sum */
   double error;   /* distance of the sum from it: round-off */
 } hb_link;
 bool hb_link_defined(const hb_model *model, int rod);
 /* Needs position, m1 and twist in the frame. Time grows with the square of the vertices. HB_ERR_MEMORY. */
 hb_status hb_frame_link(const hb_model *model, const hb_frame *frame, int rod, hb_link *out, hb_error *err);
+/* Linking number of one edge of the ribbon that m1 makes of a rod with its centreline, total twist in turns,
+ * and writhe of the polygon: link[0] = link[1] + link[2] (Calugareanu 1959; White 1969). Of a closed rod the
+ * first is a number that stays as long as the rod does not pass through itself, a whole one unless it was
+ * closed with a cut (docs/theory, 12.7); of an open one it is no more than the sum. frame needs the fields
+ * position and twist. Time grows with the square of the number of vertices. */
+void hb_frame_rod_link(const hb_model *model, const hb_frame *frame, int rod, double link[3]);
 /* The rod's own totals: kinetic, bending, twisting. */
 void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
 

@@ -65,9 +65,22 @@ static hb_v3 on_frame(hb_v3 a, int j, const double *x, const double *m1) {
  * one. */
 static hb_v3 follow(hb_v3 a, const hb_rod *rod, int i, const double *x, const double *m1) {
   int last = rod->first + rod->nv - 1;
+  if (rod->closed && (i == rod->first || i == last))
+    return hb_v3_scale(0.5, hb_v3_add(on_frame(a, last - 1, x, m1), on_frame(a, rod->first, x, m1)));
   if (i == rod->first) return on_frame(a, i, x, m1);
   if (i == last) return on_frame(a, i - 1, x, m1);
   return hb_v3_scale(0.5, hb_v3_add(on_frame(a, i - 1, x, m1), on_frame(a, i, x, m1)));
+}
+
+/* Half of a vertex gets half of the load. */
+double hb_load_share(const hb_model *model, const hb_rod *rod, const hb_force_def *def, int i) {
+  bool half = rod->closed && (i == rod->first || i == rod->first + rod->nv - 1);
+  switch (def->kind) {
+  case HB_FORCE_GRAVITY: return model->mass[i];
+  case HB_FORCE_DISTRIBUTED: return model->weight[i];
+  case HB_FORCE_PER_VERTEX: return half ? 0.5 : 1;
+  default: return 1;
+  }
 }
 
 /* Adds every load on the rod. */
@@ -84,7 +97,7 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
     for (int i = from; i < to; i++) {
       hb_v3 value = hb_load_at(&values, model, rod, i, x);
       if (def->follower) value = follow(value, rod, i, x, m1);
-      double share = def->kind == HB_FORCE_DISTRIBUTED ? model->weight[i] : 1;
+      double share = hb_load_share(model, rod, def, i);
       hb_v3_accumulate(f + 3 * i, hb_v3_scale(share, value));
     }
   }

@@ -14,13 +14,8 @@ const hb_force_def *hb_load_first_moving(const hb_model *model, const hb_rod *ro
 /* What a value of the load is multiplied with at vertex slot i; 0: it does not act there. */
 static double share(const hb_model *model, const hb_rod *rod, const hb_force_def *def, int i) {
   int point = rod->first + (def->vertex < 0 ? def->vertex + rod->nv : def->vertex);
-  switch (def->kind) {
-  case HB_FORCE_GRAVITY: return model->mass[i];
-  case HB_FORCE_POINT: return i == point ? 1 : 0;
-  case HB_FORCE_DISTRIBUTED: return model->weight[i];
-  case HB_FORCE_PER_VERTEX: return 1;
-  default: return 0;
-  }
+  if (def->kind == HB_FORCE_WIND || (def->kind == HB_FORCE_POINT && i != point)) return 0;
+  return hb_load_share(model, rod, def, i);
 }
 
 /* Does it change with place? */

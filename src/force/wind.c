@@ -20,7 +20,11 @@ static bool active(const hb_model *model, const hb_rod *rod) {
 
 /* Tangent at a vertex: along its chord of neighbours. */
 static hb_v3 vertex_tangent(const hb_rod *rod, int i, const double *x) {
-  int a = i > rod->first ? i - 1 : i, b = i + 1 < rod->first + rod->nv ? i + 1 : i;
+  int last = rod->first + rod->nv - 1, a = i > rod->first ? i - 1 : i, b = i < last ? i + 1 : i;
+  if (rod->closed && (i == rod->first || i == last)) {
+    a = last - 1;
+    b = rod->first + 1;
+  }
   return hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * b), hb_v3_load(x + 3 * a)));
 }
 

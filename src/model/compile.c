@@ -69,7 +69,9 @@ static hb_status number_slots(hb_model *m, hb_error *err) {
     m->rods[r] = (hb_rod){.name = def->rods[r].name ? def->rods[r].name : "rod",
                           .index = r,
                           .first = (int)slots,
-                          .nv = def->rods[r].nv};
+                          .nv = def->rods[r].nv,
+                          .closed = def->rods[r].closing != HB_CLOSING_NONE};
+    m->rods[r].last_joint = m->rods[r].nv - (m->rods[r].closed ? 1 : 2);
     slots += def->rods[r].nv;
     if (slots > 100000000)
       return hb_fail(err, HB_ERR_INPUT, "%lld vertices are too many; at most 100 million are possible",

@@ -35,6 +35,12 @@ void hb_scene_def_init(hb_scene_def *def) {
   def->output.checkpoint_seconds = 2;
 }
 
+/* By their names; the list of schemes (src/sim/builtin.c) says the same. */
+bool hb_method_is_implicit(const hb_method_def *method) {
+  const char *name = method->integrator;
+  return name && (strcmp(name, "implicit") == 0 || strcmp(name, "backward-euler") == 0);
+}
+
 /* Frees one support's formulas. */
 static void free_support(hb_support_def *def) {
   for (int c = 0; c < 3; c++) hb_formula_free(def->value[c]);

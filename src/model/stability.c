@@ -30,6 +30,11 @@ static hb_v3 value_at(const hb_model *m, hb_formula *const value[3], int k, doub
  * compliance. */
 static double span_moment(const hb_model *m, const hb_span *s) {
   double most = 0;
+  const hb_rod_def *rod = &m->def->rods[s->rod];
+  if (rod->closing != HB_CLOSING_NONE && s->panel_count > 0) {
+    double twist = rod->closing_value * (rod->closing == HB_CLOSING_TWIST ? 1 : 2 * HB_PI);
+    return fabs(twist - s->natural_twist) / s->compliance;
+  }
   if (s->first_frame < 0 || s->last_frame < 0 || !(s->compliance > 0)) return 0;
   for (int k = 0; k <= TIMES; k++) {
     double vars[HB_VAR_COUNT] = {0}, angle[2] = {0, 0};
@@ -147,6 +152,7 @@ static double rod_limit(const hb_model *m, const hb_rod *rod) {
 double hb_model_stable_step(const hb_model *model, int *rod) {
   double limit = HUGE_VAL;
   if (rod) *rod = 0;
+  if (hb_method_is_implicit(&model->def->method)) return limit;
   for (int r = 0; r < model->rod_count; r++) {
     double own = rod_limit(model, &model->rods[r]);
     if (!(own < limit)) continue;

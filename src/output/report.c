@@ -7,10 +7,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What was run. */
-static void scene(hb_json *json, const hb_model *model) {
+/* Whose figures these are. */
+void hb_report_scene(hb_json *json, const hb_model *model) {
   const hb_scene_def *def = model->def;
-  const hb_method_def *method = &def->method;
   hb_json_text(json, "title", def->title ? def->title : "");
   hb_json_text(json, "program", "hebra");
   hb_json_text(json, "version", HB_VERSION);
@@ -19,6 +18,12 @@ static void scene(hb_json *json, const hb_model *model) {
   for (int k = 0; k < def->parameter_count; k++)
     hb_json_number(json, def->parameters[k].name, def->parameters[k].value);
   hb_json_object_end(json);
+}
+
+/* What was run. */
+static void scene(hb_json *json, const hb_model *model) {
+  const hb_method_def *method = &model->def->method;
+  hb_report_scene(json, model);
   hb_json_object(json, "method");
   hb_json_text(json, "integrator", method->integrator ? method->integrator : "verlet");
   hb_json_number(json, "time_step", method->time_step);
@@ -79,7 +84,7 @@ static void balance(hb_json *json, const hb_frame *start, const hb_frame *end, d
 /* Twist of one rod: sum over its vertices, and the range of the twisting moment. */
 static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
   double total = 0, least = HUGE_VAL, most = -HUGE_VAL;
-  for (int i = rod->first + 1; i < rod->first + rod->nv - 1; i++) {
+  for (int i = rod->first + 1; i <= rod->first + rod->last_joint; i++) {
     total += frame->twist[i];
     least = fmin(least, frame->twisting_moment[i]);
     most = fmax(most, frame->twisting_moment[i]);
@@ -91,7 +96,8 @@ static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
 }
 
 /* All rods. */
-static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *frame, hb_error *err) {
+static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *start, const hb_frame *frame,
+                      hb_error *err) {
   hb_status status = HB_OK;
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
@@ -114,7 +120,8 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_number(json, "twisting", energy[2]);
     rod_twist(json, rod, frame);
     hb_report_supports(json, model, rod, frame);
-    if (!status) status = hb_report_link(json, model, rod, frame, err);
+    if (!status) status = hb_report_link(json, "link_start", model, rod, start, err);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
@@ -204,9 +211,10 @@ bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const
                              double largest_energy, char text[HB_REPORT_SENTENCE]) {
   const char *integrator = model->def->method.integrator;
   double allowed = integrator && strcmp(integrator, "symplectic-euler") == 0 ? 0.2 : 0.05;
+  bool damps = integrator && strcmp(integrator, "backward-euler") == 0; /* what is missing was meant to be */
   double scale = books_scale(model, start, end, largest_energy);
   text[0] = 0;
-  if (fabs(end->balance) <= allowed * scale) return false;
+  if (fabs(end->balance) <= allowed * scale || (damps && end->balance < 0)) return false;
   snprintf(
       text, HB_REPORT_SENTENCE,
       "the books of energy do not close: %.3g is missing or too much, %.2g %% of the largest energy or work "
@@ -253,6 +261,12 @@ static void warnings(hb_json *json, const hb_sim *sim, const hb_frame *start, co
   hb_json_integer(json, "folds", (long long)scalar[HB_S_FOLDS]);
   hb_json_integer(json, "first_order_fallbacks", (long long)scalar[HB_S_FALLBACKS]);
   hb_json_integer(json, "twist_saddles_left", (long long)scalar[HB_S_SADDLES]);
+  if (hb_method_is_implicit(&hb_sim_model(sim)->def->method)) {
+    hb_json_integer(json, "newton_steps", (long long)scalar[HB_S_NEWTON]);
+    hb_json_integer(json, "factorisations", (long long)scalar[HB_S_FACTORISATIONS]);
+    hb_json_integer(json, "pieces", (long long)scalar[HB_S_PIECES]);
+    hb_json_integer(json, "pieces_rejected", (long long)scalar[HB_S_REJECTED]);
+  }
 }
 
 /* The whole report. */
@@ -267,7 +281,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   scene(&json, model);
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end, books_scale(model, start, end, facts->largest_energy));
-  status = rods(&json, model, end, err);
+  status = rods(&json, model, start, end, err);
   links(&json, facts);
   cost(&json, sim, facts);
   warnings(&json, sim, start, end, facts->largest_energy);

@@ -4,6 +4,7 @@
 
 #include "hebra/output.h"
 #include "hebra/statics.h"
+#include "output/json.h"
 
 #define HB_REPORT_SENTENCE 400
 
@@ -19,6 +20,9 @@ typedef struct hb_report_facts {
   const char *stop_reason; /* one sentence or word, e.g. "finished"; NULL gives null */
   double largest_energy; /* largest sum of kinetic, bending and twisting energy in any frame, 0 if unknown */
 } hb_report_facts;
+
+/* Members that every report begins with: title, program, version, scene file, parameters. */
+void hb_report_scene(hb_json *json, const hb_model *model);
 
 /* Writes report.json to path (whole or not at all): what was run, how it ended, and how well the books
  * balance. start, end: frames measured at the beginning and the end. */

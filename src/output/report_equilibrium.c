@@ -6,19 +6,6 @@
 
 #include <math.h>
 
-/* What was solved. */
-static void scene(hb_json *json, const hb_model *model) {
-  const hb_scene_def *def = model->def;
-  hb_json_text(json, "title", def->title ? def->title : "");
-  hb_json_text(json, "program", "hebra");
-  hb_json_text(json, "version", HB_VERSION);
-  hb_json_text(json, "scene_file", def->path);
-  hb_json_object(json, "parameters");
-  for (int k = 0; k < def->parameter_count; k++)
-    hb_json_number(json, def->parameters[k].name, def->parameters[k].value);
-  hb_json_object_end(json);
-}
-
 /* How well it balances, and how stable it is. */
 static void balance(hb_json *json, const hb_equilibrium *found) {
   hb_json_object(json, "equilibrium");
@@ -54,9 +41,9 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
   for (int r = 0; r < model->rod_count; r++) {
     const hb_rod *rod = &model->rods[r];
     double energy[3], twist = 0;
-    int last = rod->first + rod->nv - 1;
+    int last = rod->first + rod->nv - 1, behind = rod->first + rod->last_joint + 1;
     hb_frame_rod_energy(model, frame, r, energy);
-    for (int k = rod->first + 1; k < last; k++) twist += frame->twist[k];
+    for (int k = rod->first + 1; k < behind; k++) twist += frame->twist[k];
     hb_json_object(json, NULL);
     hb_json_text(json, "name", rod->name);
     hb_json_integer(json, "vertices", rod->nv);
@@ -65,12 +52,12 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_number(json, "twisting", energy[2]);
     hb_json_number(json, "total_twist", twist);
     range(json, "twisting_moment_least", "twisting_moment_most", frame->twisting_moment, rod->first + 1,
-          last);
+          behind);
     range(json, "tension_least", "tension_most", frame->tension, rod->first, last);
     hb_json_vector(json, "first_vertex", frame->position + 3 * rod->first, 3);
     hb_json_vector(json, "last_vertex", frame->position + 3 * last, 3);
     hb_report_supports(json, model, rod, frame);
-    if (!status) status = hb_report_link(json, model, rod, frame, err);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
@@ -85,7 +72,7 @@ hb_status hb_report_equilibrium(const char *path, const hb_model *model, const h
   hb_status status = hb_file_begin(path, &file, err);
   if (status != HB_OK) return status;
   hb_json_begin(&json, file.stream);
-  scene(&json, model);
+  hb_report_scene(&json, model);
   hb_json_number(&json, "time", frame->time);
   hb_json_number(&json, "wall_seconds", wall_seconds);
   balance(&json, found);

@@ -200,7 +200,7 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
   int span = rod->first_span;
   joint v;
   set_side(&v, 1, rod, state, work, 0);
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     v.t[0] = v.t[1];
     v.p[0] = v.p[2];
@@ -247,7 +247,7 @@ void hb_rod_free_angles(const hb_model *model, const hb_rod *rod, bool *unknown)
 /* Twist of all spans in closed form; else what the last look of the twist solver left. */
 double hb_rod_energy(const hb_model *m, const hb_rod *rod, const hb_state *state, const hb_rod_work *w) {
   double sum = 0;
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     if (rod->closed_form) {
       double c = hb_v3_dot(hb_v3_load(w->tangent + 3 * i - 3), hb_v3_load(w->tangent + 3 * i));

@@ -215,8 +215,14 @@ static hb_status read_mass(hb_scene_reader *r, const hb_node *node, const hb_sce
         r, node,
         "the mass is missing; one of vertex_mass, linear_density, or density with a section "
         "is expected");
-  if (!strcmp(used->key, "vertex_mass"))
-    return hb_scene_along(r, used, arc, false, HB_RULE_POSITIVE, rod->mass, 1);
+  if (!strcmp(used->key, "vertex_mass")) {
+    hb_status status = hb_scene_along(r, used, arc, false, HB_RULE_POSITIVE, rod->mass, 1);
+    if (rod->closing != HB_CLOSING_NONE) { /* halves of one vertex */
+      rod->mass[0] *= 0.5;
+      rod->mass[arc->nv - 1] *= 0.5;
+    }
+    return status;
+  }
   if (!strcmp(used->key, "density") && !hb_node_find(node, "section"))
     return hb_scene_fail_key(r, used,
                              "a density needs a section; without one give linear_density or vertex_mass");

@@ -70,11 +70,11 @@ static hb_status read_tolerance(hb_scene_reader *r, const hb_node *node, hb_meth
 
 /* method */
 static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {
-      "integrator",           "time_step", "duration", "length_tolerance", "max_projections",
-      "max_twist_iterations", "precision", NULL};
+  static const char *const keys[] = {"integrator",       "time_step",       "duration",
+                                     "length_tolerance", "max_projections", "max_twist_iterations",
+                                     "precision",        "error_tolerance", NULL};
   static const char *const precisions[] = {"double", "single", NULL};
-  static const char *const integrators[] = {"symplectic-euler", "verlet", NULL};
+  static const char *const integrators[] = {"symplectic-euler", "verlet", "implicit", "backward-euler", NULL};
   hb_method_def *m = &r->def->method;
   const hb_node *step, *duration;
   int choice = 1, precision = 0;
@@ -89,6 +89,11 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   m->precision = precision == 1 ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
   if (m->precision == HB_PRECISION_SINGLE) m->length_tolerance = 1e-5;
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
+  const hb_node *error = hb_node_find(node, "error_tolerance");
+  if (!status) status = hb_scene_number(r, error, HB_RULE_POSITIVE, &m->error_tolerance);
+  if (!status && error && choice < 2)
+    status =
+        hb_scene_fail_key(r, error, "only the integrators implicit and backward-euler control their error");
   if (!status)
     status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
   if (!status)

@@ -2,6 +2,8 @@
 #include "hebra/sim.h"
 
 #include "base/memory.h"
+#include "math/rotation.h"
+#include "rod/writhe.h"
 
 #include <string.h>
 
@@ -76,4 +78,14 @@ void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, 
     energy[1] += frame->energy_bending[i];
     energy[2] += frame->energy_twisting[i];
   }
+}
+
+/* Twists add up; what they and the writhe give together is the link. */
+void hb_frame_rod_link(const hb_model *model, const hb_frame *frame, int rod, double link[3]) {
+  const hb_rod *r = &model->rods[rod];
+  double twist = 0;
+  for (int k = r->first + 1; k <= r->first + r->last_joint; k++) twist += frame->twist[k];
+  link[1] = twist / (2 * HB_PI);
+  link[2] = hb_rod_writhe(frame->position + 3 * (size_t)r->first, r->nv - r->closed, r->closed);
+  link[0] = link[1] + link[2];
 }

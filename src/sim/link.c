@@ -11,10 +11,11 @@
 #define OUT 4
 #define TURN (2 * HB_PI)
 
-/* Windings have a meaning only where both ends are held. */
+/* Windings have a meaning only where both ends are held, or one follows the other. */
 bool hb_link_defined(const hb_model *model, int rod) {
   const hb_rod *r = &model->rods[rod];
-  return r->nv >= 3 && model->frame_of[r->first] >= 0 && model->frame_of[r->first + r->nv - 2] >= 0;
+  return r->closed ||
+         (r->nv >= 3 && model->frame_of[r->first] >= 0 && model->frame_of[r->first + r->nv - 2] >= 0);
 }
 
 /* The rod's vertices and the corners of the path from its end back to its beginning: straight on from the
@@ -28,6 +29,7 @@ static int close_path(const hb_rod *rod, const double *x, double *points) {
   hb_v3 t1 = hb_v3_unit(hb_v3_sub(b, hb_v3_load(last - 3)));
   double reach = OUT * rod->length;
   memcpy(points, first, 3 * (size_t)nv * sizeof *points);
+  if (rod->closed) return nv - 1;
   hb_v3_store(points + 3 * (size_t)nv++, hb_v3_axpy(b, reach, t1));
   if (hb_v3_dot(t0, t1) >= 0) { /* the way straight back would cross the rod */
     hb_v3 along = hb_v3_add(t0, t1), aside = {0, 0, 0};
@@ -58,6 +60,17 @@ static double closing_angle(const double *points, int rod_points, int count, con
   return hb_angle_about(d, hb_v3_load(first_m1), t);
 }
 
+/* The same at the joint of a closed rod, whose twist is known: 0 unless it was closed with a cut. */
+static double cut_angle(const hb_rod *rod, const hb_frame *frame) {
+  const double *x = frame->position + 3 * (size_t)rod->first;
+  size_t last = (size_t)(rod->nv - 2);
+  hb_v3 t = hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * last + 3), hb_v3_load(x + 3 * last)));
+  hb_v3 n = hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3), hb_v3_load(x)));
+  const double *m1 = frame->m1 + 3 * (size_t)rod->first;
+  hb_v3 d = hb_turn(hb_carry(hb_v3_load(m1 + 3 * last), t, n), n, frame->twist[rod->first + rod->nv - 1]);
+  return hb_angle_about(d, hb_v3_load(m1), n);
+}
+
 /* Twist from the frame, writhe from the positions, closing angle from the directors: three things that know
  * nothing of each other. */
 hb_status hb_frame_link(const hb_model *model, const hb_frame *frame, int rod, hb_link *out, hb_error *err) {
@@ -68,13 +81,15 @@ hb_status hb_frame_link(const hb_model *model, const hb_frame *frame, int rod, h
   double *points = hb_alloc((size_t)r->nv + 3, 3 * sizeof *points);
   if (!points) return hb_fail_memory(err, "closed path of a rod");
   int count = close_path(r, frame->position, points);
-  for (int k = r->first + 1; k + 1 < r->first + r->nv; k++) twist += frame->twist[k];
+  for (int k = r->first + 1; k <= r->first + r->last_joint; k++) twist += frame->twist[k];
+  double closing = r->closed
+                       ? cut_angle(r, frame)
+                       : closing_angle(points, r->nv, count, frame->m1 + 3 * (size_t)(r->first + r->nv - 2),
+                                       frame->m1 + 3 * (size_t)r->first);
   out->defined = true;
   out->twist = twist / TURN;
   out->writhe = hb_rod_writhe(points, count, true);
-  out->closing = closing_angle(points, r->nv, count, frame->m1 + 3 * (size_t)(r->first + r->nv - 2),
-                               frame->m1 + 3 * (size_t)r->first) /
-                 TURN;
+  out->closing = closing / TURN;
   double sum = out->twist + out->writhe + out->closing;
   out->link = nearbyint(sum);
   out->error = fabs(sum - out->link);

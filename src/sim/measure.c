@@ -24,6 +24,12 @@ static double first_angle(const hb_measure *probe, const hb_rod *rod, const doub
                           expected);
 }
 
+/* (kappa b) between unit tangents. */
+static hb_v3 binormal(hb_v3 t, hb_v3 n) {
+  double chi = 1 + hb_v3_dot(t, n);
+  return hb_v3_scale(2 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT), hb_v3_cross(t, n));
+}
+
 /* Tangents, binormals (kappa b), and the largest length error of the rod. */
 static double measure_edges(hb_measure *probe, const hb_rod *rod) {
   const double *p = probe->state->x + 3 * (size_t)rod->first;
@@ -35,13 +41,16 @@ static double measure_edges(hb_measure *probe, const hb_rod *rod) {
     hb_v3 e = {p[3] - p[0], p[4] - p[1], p[5] - p[2]};
     double length = hb_v3_norm(e), inv = 1 / length, off = fabs(length * rest[j] - 1);
     hb_v3 t = hb_v3_scale(inv, e);
-    double chi = 1 + hb_v3_dot(before, t);
     worst = off > worst ? off : worst;
     w->inv_length[j] = inv;
     hb_v3_store(w->tangent + 3 * j, t);
-    hb_v3_store(probe->kb + 3 * j,
-                hb_v3_scale(2 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT), hb_v3_cross(before, t)));
+    hb_v3_store(probe->kb + 3 * j, binormal(before, t));
     before = t;
+  }
+  if (rod->closed) { /* behind the last edge comes the first */
+    w->inv_length[rod->nv - 1] = w->inv_length[0];
+    memcpy(w->tangent + 3 * (rod->nv - 1), w->tangent, 3 * sizeof(double));
+    hb_v3_store(probe->kb + 3 * (rod->nv - 1), binormal(before, hb_v3_load(w->tangent)));
   }
   return worst;
 }
@@ -61,24 +70,24 @@ static void find_directors(hb_measure *probe, const hb_rod *rod) {
 static void measure_frames(hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   const double *tangent = probe->rod_work->tangent;
   const uint64_t wanted = probe->fields;
+  const size_t seen = (size_t)(rod->last_joint + 1);
   int o = rod->first, span = rod->first_span;
   if (wanted & HB_FIELD_BIT(tangent))
-    memcpy(out->tangent + 3 * (size_t)o, tangent, 3 * (size_t)(rod->nv - 1) * sizeof(double));
-  if (wanted & HB_FIELD_BIT(m1))
-    memcpy(out->m1 + 3 * (size_t)o, probe->m1, 3 * (size_t)(rod->nv - 1) * sizeof(double));
-  for (int j = 0; wanted & HB_FIELD_BIT(m2) && j + 1 < rod->nv; j++)
+    memcpy(out->tangent + 3 * (size_t)o, tangent, 3 * seen * sizeof(double));
+  if (wanted & HB_FIELD_BIT(m1)) memcpy(out->m1 + 3 * (size_t)o, probe->m1, 3 * seen * sizeof(double));
+  for (int j = 0; wanted & HB_FIELD_BIT(m2) && j <= rod->last_joint; j++)
     hb_v3_store(out->m2 + 3 * (o + j),
                 hb_v3_cross(hb_v3_load(tangent + 3 * j), hb_v3_load(probe->m1 + 3 * j)));
   if (wanted & (HB_FIELD_BIT(bishop_u) | HB_FIELD_BIT(bishop_v))) {
     double *u = out->bishop_u + 3 * (size_t)o;
     hb_frames_bishop(rod, probe->rod_work, probe->state->anchor_m1 + 3 * rod->index, u);
-    for (int j = 0; j + 1 < rod->nv; j++)
+    for (int j = 0; j <= rod->last_joint; j++)
       hb_v3_store(out->bishop_v + 3 * (o + j),
                   hb_v3_cross(hb_v3_load(tangent + 3 * j), hb_v3_load(u + 3 * j)));
   }
   if (!(wanted & HB_FIELD_BIT(theta))) return;
   double theta = out->theta[o] = first_angle(probe, rod, probe->m1);
-  for (int k = o + 1; k < o + rod->nv - 1; k++) {
+  for (int k = o + 1; k <= o + rod->last_joint; k++) {
     while (k > probe->model->spans[span].last_edge) span++;
     out->theta[k] = theta += twist_of(probe, rod, span, k);
   }
@@ -91,7 +100,7 @@ static double measure_twist(const hb_measure *probe, const hb_rod *rod, hb_frame
   double sum = 0;
   int span = rod->first_span;
   if (rod->twist_free && !any) return 0;
-  for (int k = rod->first + 1; k + 1 < rod->first + rod->nv; k++) {
+  for (int k = rod->first + 1; k <= rod->first + rod->last_joint; k++) {
     while (k > m->spans[span].last_edge) span++;
     double twist = twist_of(probe, rod, span, k), moment = m->twist_gain[k] * (twist - m->rest_twist[k]);
     double energy = 0.5 * moment * (twist - m->rest_twist[k]);
@@ -135,7 +144,7 @@ static double bending_at(const hb_measure *probe, const hb_rod *rod, int i, int 
 static double measure_bending(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   bool wanted = probe->fields & HB_FIELD_BIT(energy_bending);
   double sum = 0;
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     double energy = bending_at(probe, rod, i, rod->first + i);
     sum += energy;
     if (wanted) out->energy_bending[rod->first + i] = energy;
@@ -147,7 +156,7 @@ static double measure_bending(const hb_measure *probe, const hb_rod *rod, hb_fra
 static void measure_curvature(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   const uint64_t wanted = probe->fields;
   if (!(wanted & (HB_FIELD_BIT(curvature) | HB_FIELD_BIT(curvature_binormal) | HB_FIELD_BIT(omega)))) return;
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     hb_v3 kb = hb_v3_load(probe->kb + 3 * i);
     if (wanted & HB_FIELD_BIT(curvature)) out->curvature[k] = 2 * hb_v3_norm(kb) / probe->model->voronoi[k];
@@ -156,11 +165,33 @@ static void measure_curvature(const hb_measure *probe, const hb_rod *rod, hb_fra
   }
 }
 
+/* The joint of a closed rod stands in the last slot; its vertex is also that of the first, and the two share
+ * what is summed up. */
+static void measure_seam(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
+  const uint64_t wanted = probe->fields;
+  int first = rod->first, last = rod->first + rod->nv - 1;
+  if (!rod->closed) return;
+  for (int c = 0; wanted & HB_FIELD_BIT(curvature_binormal) && c < 3; c++)
+    out->curvature_binormal[3 * first + c] = out->curvature_binormal[3 * last + c];
+  for (int c = 0; wanted & HB_FIELD_BIT(omega) && c < 4; c++)
+    out->omega[4 * first + c] = out->omega[4 * last + c];
+  if (wanted & HB_FIELD_BIT(curvature)) out->curvature[first] = out->curvature[last];
+  if (wanted & HB_MEASURE_TWIST) {
+    out->twist_density[first] = out->twist_density[last];
+    out->twisting_moment[first] = out->twisting_moment[last];
+    out->energy_twisting[first] = out->energy_twisting[last] = 0.5 * out->energy_twisting[last];
+  }
+  if (wanted & HB_FIELD_BIT(energy_bending))
+    out->energy_bending[first] = out->energy_bending[last] = 0.5 * out->energy_bending[last];
+}
+
 /* Angle from the binormal of the edge's first vertex to that of its second, about the edge, per length. */
 static void measure_torsion(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   if (!(probe->fields & HB_FIELD_BIT(torsion)) || rod->nv < 4) return;
-  hb_v3 before = hb_v3_load(probe->kb + 3);
-  for (int j = 1; j + 2 < rod->nv; j++) {
+  /* the first joint of a closed rod is its last one */
+  int first = rod->closed ? 0 : 1;
+  hb_v3 before = hb_v3_load(probe->kb + 3 * (rod->closed ? rod->last_joint : 1));
+  for (int j = first; j < rod->last_joint; j++) {
     hb_v3 after = hb_v3_load(probe->kb + 3 * j + 3), t = hb_v3_load(probe->rod_work->tangent + 3 * j);
     double least = fmin(hb_v3_dot(before, before), hb_v3_dot(after, after));
     double angle = least > HB_MEASURE_STRAIGHT
@@ -228,6 +259,7 @@ void hb_measure_state(hb_measure *probe, const hb_state *state, hb_frame *frame)
     measure_frames(probe, rod, frame);
     measure_curvature(probe, rod, frame);
     measure_torsion(probe, rod, frame);
+    measure_seam(probe, rod, frame);
     hb_measure_forces(probe, rod, frame);
     measure_motion(probe, rod, frame);
     measure_gravity(probe, rod, frame);

@@ -3,6 +3,8 @@
 
 #include "math/rotation.h"
 
+#include <string.h>
+
 /* Accelerations of prescribed vertices: difference of their exact velocities one time step before and after
  * (formulas are not asked about times before 0, where they need not mean anything). */
 static void prescribed_accelerations(hb_measure *probe, const hb_rod *rod, hb_frame *out) {
@@ -85,7 +87,7 @@ static void bending_gradients(const hb_measure *probe, int i, int k, hb_v3 kb, h
 static void measure_moment(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   const hb_model *m = probe->model;
   const double *tangent = probe->rod_work->tangent;
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     hb_v3 t = hb_v3_load(tangent + 3 * i - 3), n = hb_v3_load(tangent + 3 * i);
     double chi = 1 + hb_v3_dot(t, n), inv = 1 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT);
@@ -102,6 +104,10 @@ static void measure_moment(const hb_measure *probe, const hb_rod *rod, hb_frame 
     hb_v3_store(out->internal_moment + 3 * k, moment);
     out->bending_moment[k] = hb_v3_norm(hb_v3_axpy(moment, -along, axis));
   }
+  if (!rod->closed) return;
+  int first = rod->first, last = rod->first + rod->nv - 1;
+  memcpy(out->internal_moment + 3 * first, out->internal_moment + 3 * last, 3 * sizeof(double));
+  out->bending_moment[first] = out->bending_moment[last];
 }
 
 /* Along the edge the tension; across it what the moments at its ends ask for. Where a frame is prescribed

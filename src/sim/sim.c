@@ -15,7 +15,9 @@ static hb_status find_integrator(hb_sim *sim, hb_error *err) {
   for (int k = 0; hb_integrators[k]; k++)
     if (strcmp(hb_integrators[k]->name, name) == 0) sim->integrator = hb_integrators[k];
   if (sim->integrator) return HB_OK;
-  return hb_fail(err, HB_ERR_INPUT, "method.integrator: \"%s\" is not known; symplectic-euler and verlet are",
+  return hb_fail(err, HB_ERR_INPUT,
+                 "method.integrator: \"%s\" is not known; symplectic-euler, verlet, "
+                 "implicit and backward-euler are",
                  name);
 }
 
@@ -34,7 +36,9 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
     status =
         hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work, lent, err);
   if (!status) status = hb_sim_start(sim, err);
-  if (!status) status = hb_stepper_use_lanes(&sim->stepper, err);
+  if (!status)
+    status = sim->integrator->implicit ? hb_stepper_use_implicit(&sim->stepper, err)
+                                       : hb_stepper_use_lanes(&sim->stepper, err);
   if (status) {
     hb_sim_free(sim);
     return status;
@@ -87,7 +91,7 @@ long hb_sim_total_steps(const hb_sim *sim) {
 /* State and workspaces; measuring borrows them. */
 size_t hb_sim_memory(const hb_sim *sim) {
   return sizeof *sim + sizeof *sim->state + sim->state->count * sizeof(double) +
-         hb_stepper_memory(&sim->stepper);
+         hb_stepper_memory(&sim->stepper) + hb_implicit_bytes(sim->stepper.implicit);
 }
 
 /* 0 switches the clocks off. */

@@ -11,6 +11,7 @@ typedef struct hb_project_work {
   double *direction;    /* 3 per edge: the gradient that corrections go along, where it is another one */
   double *pivot;        /* per edge: 1/pivot */
   double *link;         /* per edge: how the row before it in the elimination depends on it */
+  double *corner;       /* per edge of a closed rod: how it depends on the first edge */
   double *right;        /* per edge: right-hand sides, then unknowns */
   double *support_pull; /* 3 per prescribed vertex of the model: what corrections along fixed directions
                            pulled it by; over h^2 the constraint force on it */

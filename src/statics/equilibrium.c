@@ -54,19 +54,26 @@ static void guess_multipliers(hb_statics *s, const hb_rod *rod) {
                      s->multiplier + rod->first, &s->project_work);
 }
 
+/* The pull of edge j on its first vertex. */
+static hb_v3 pull_of(const hb_statics *s, const hb_rod *rod, const double *multiplier, int j) {
+  const double *x = s->state->x + 3 * (size_t)(rod->first + j);
+  return hb_v3_scale(2 * multiplier[j] * s->model->inv_rest_length[rod->first + j],
+                     hb_v3_sub(hb_v3_load(x + 3), hb_v3_load(x)));
+}
+
 /* Largest force on a free coordinate that neither loads, elasticity nor lengths balance. */
 static double unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
   const hb_model *m = s->model;
-  const double *x = s->state->x;
   double most = 0;
+  int last = rod->first + rod->nv - 1;
   hb_v3 before = {0, 0, 0};
-  for (int i = 0; i < rod->nv; i++) {
+  if (rod->closed) before = pull_of(s, rod, multiplier, rod->nv - 2);
+  for (int i = 0; i + rod->closed < rod->nv; i++) {
     int k = rod->first + i;
-    hb_v3 pull = {0, 0, 0};
-    if (i + 1 < rod->nv)
-      pull = hb_v3_scale(2 * multiplier[i] * m->inv_rest_length[k],
-                         hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k)));
-    hb_v3 rest = hb_v3_add(hb_v3_load(s->state->force + 3 * k), hb_v3_sub(pull, before));
+    hb_v3 pull = {0, 0, 0}, force_on = hb_v3_load(s->state->force + 3 * k);
+    if (i + 1 < rod->nv) pull = pull_of(s, rod, multiplier, i);
+    if (rod->closed && i == 0) force_on = hb_v3_add(force_on, hb_v3_load(s->state->force + 3 * last));
+    hb_v3 rest = hb_v3_add(force_on, hb_v3_sub(pull, before));
     const double *force = &rest.x;
     for (int c = 0; c < 3; c++)
       if (m->inv_mass[3 * k + c] != 0) most = fmax(most, fabs(force[c]));

@@ -4,8 +4,8 @@
 
 #include "hebra/statics.h"
 #include "rod/rod.h"
+#include "solve/kkt.h"
 #include "solve/project.h"
-#include "statics/kkt.h"
 
 /* Puts the prescribed vertices of a rod where they are at time t. */
 typedef void (*hb_place)(void *context, const hb_rod *rod, double t);

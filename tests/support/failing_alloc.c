@@ -1,5 +1,6 @@
 #include "support/failing_alloc.h"
 
+#include "hebra/scene.h"
 #include "support/near.h"
 
 #include <errno.h>
@@ -131,5 +132,15 @@ long failing_alloc_loop(failing_alloc_trial trial, void *context, long step) {
   while (try_one(trial, context, n)) n += step;
   long whole = failing_alloc_count();
   if (whole == 0) fail_msg("the trial allocates nothing through the wrapped functions");
+  return whole;
+}
+
+/* Read once: what reading allocates is not the trial's. */
+long failing_alloc_scene(failing_alloc_trial trial, const char *scene) {
+  hb_scene_def def;
+  hb_error err = {HB_OK, ""};
+  if (hb_scene_parse(scene, strlen(scene), "scene.yaml", NULL, NULL, 0, &def, &err)) fail_msg("%s", err.text);
+  long whole = failing_alloc_loop(trial, &def, 1);
+  hb_scene_def_free(&def);
   return whole;
 }

@@ -28,4 +28,7 @@ typedef hb_status (*failing_alloc_trial)(void *context, hb_error *err);
  * number of allocations of a whole run; fails if that is none. */
 long failing_alloc_loop(failing_alloc_trial trial, void *context, long step);
 
+/* The same for a trial whose context is the hb_scene_def of a scene's text, every allocation in turn. */
+long failing_alloc_scene(failing_alloc_trial trial, const char *scene);
+
 #endif

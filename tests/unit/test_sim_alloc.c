@@ -66,11 +66,7 @@ static hb_status trial(void *context, hb_error *err) {
 /* The n-th allocation fails, for every n. */
 static void every_allocation_may_fail(void **state) {
   (void)state;
-  hb_scene_def def;
-  hb_error err = {HB_OK, ""};
-  if (hb_scene_parse(scene, strlen(scene), "scene.yaml", NULL, NULL, 0, &def, &err)) fail_msg("%s", err.text);
-  assert_true(failing_alloc_loop(trial, &def, 1) > 30);
-  hb_scene_def_free(&def);
+  assert_true(failing_alloc_scene(trial, scene) > 30);
 }
 
 /* What a simulation says of its memory is what it has taken: with lanes and threads, and without. */
