@@ -155,6 +155,7 @@ void hb_sim_measure_equilibrium(hb_sim *sim, const hb_equilibrium *result, hb_fr
       }
       frame->tension[k] = 2 * result->multiplier[k] * m->inv_rest_length[k] * sqrt(length);
     }
+    hb_rod_share_seam(rod, frame->reaction);
     hb_measure_internal_force(rod, frame);
   }
 }
