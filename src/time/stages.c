@@ -69,12 +69,12 @@ static void find_instant(const piece *p, double t, hb_instant *out) {
       pull = hb_v3_scale(2 * lambda[i] * m->inv_rest_length[k / 3],
                          hb_v3_sub(hb_v3_load(state->x + k + 3), hb_v3_load(state->x + k)));
     sum = hb_v3_add(hb_v3_load(state->force + k), hb_v3_sub(pull, before));
-    const double *force = &sum.x;
-    for (int c = 0; c < 3; c++)
-      out->a[k + c] = m->inv_mass[k + c] == 0 ? im->given[k + c] : m->inv_mass[k + c] * force[c];
     before = pull;
     hb_v3_store(im->balance + k, sum);
   }
+  hb_rod_share_seam(p->rod, im->balance);
+  for (size_t k = 3 * o; k < 3 * o + n; k++)
+    out->a[k] = m->inv_mass[k] == 0 ? im->given[k] : m->inv_mass[k] * im->balance[k];
   for (int q = p->rod->first_position; q < p->rod->first_position + p->rod->position_count; q++)
     for (int c = 0; c < 3; c++) {
       int k = 3 * m->positions[q].slot + c;
@@ -127,7 +127,7 @@ static void find_rates(const piece *p, const hb_stage_now *stage, double *rate) 
   hb_implicit *im = s->implicit;
   const hb_model *m = s->model;
   double lost = 0, inv = 1 / stage->ch;
-  for (int i = 1; i + 1 < p->rod->nv; i++) {
+  for (int i = 1; i <= p->rod->last_joint; i++) {
     int k = p->rod->first + i;
     for (int c = 0; c < 4; c++) {
       double now = s->rod_work.omega[4 * i + c], change = now - im->omega_now[4 * k + c];
