@@ -53,12 +53,6 @@ static hb_status check_implicit(const hb_scene_def *def, hb_error *err) {
     return hb_compile_fail(def, m->line, m->column, err,
                            "method.precision: implicit schemes need double; single goes with verlet and "
                            "symplectic-euler");
-  for (int r = 0; implicit && r < def->rod_count; r++)
-    if (def->rods[r].closing != HB_CLOSING_NONE)
-      return hb_compile_fail(
-          def, def->rods[r].line, def->rods[r].column, err,
-          "rod %s: implicit schemes do not step closed rods; verlet and symplectic-euler do",
-          def->rods[r].name ? def->rods[r].name : "without a name");
   return HB_OK;
 }
 
@@ -215,18 +209,14 @@ hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err) 
     const char *what;
     const double *a;
     int count, sign;
-  } arrays[] = {{"rest shape", r->rest, 3 * r->nv, 0},
-                {"initial shape", r->initial, 3 * r->nv, 0},
-                {"velocity", r->velocity, 3 * r->nv, 0},
-                {"mass", r->mass, r->nv, 2},
-                {"bending", r->B, 3 * (r->nv - 1), 0},
-                {"twisting", r->beta, r->nv, 1},
-                {"viscosity", r->viscosity, r->nv - 1, 1},
-                {"natural twist", r->natural_twist, r->nv, 0},
-                {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
-                {"mass damping", &r->mass_damping, 1, 1},
-                {"radius", &r->radius, 1, 2},
-                {"director", r->first_director, 3, 0}};
+  } arrays[] = {
+      {"rest shape", r->rest, 3 * r->nv, 0},         {"initial shape", r->initial, 3 * r->nv, 0},
+      {"velocity", r->velocity, 3 * r->nv, 0},       {"mass", r->mass, r->nv, 2},
+      {"bending", r->B, 3 * (r->nv - 1), 0},         {"twisting", r->beta, r->nv, 1},
+      {"viscosity", r->viscosity, r->nv - 1, 1},     {"stretching", r->stretching, r->nv - 1, 2},
+      {"natural twist", r->natural_twist, r->nv, 0}, {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
+      {"mass damping", &r->mass_damping, 1, 1},      {"radius", &r->radius, 1, 2},
+      {"director", r->first_director, 3, 0}};
   hb_status status = HB_OK;
   for (size_t k = 0; !status && k < sizeof arrays / sizeof arrays[0]; k++)
     status = check_array(def, r, arrays[k].what, arrays[k].a, arrays[k].count, arrays[k].sign, err);

@@ -53,8 +53,10 @@ static void energies(hb_json *json, const char *key, const hb_frame *frame) {
   hb_json_number(json, "kinetic", frame->kinetic);
   hb_json_number(json, "bending", frame->bending);
   hb_json_number(json, "twisting", frame->twisting);
+  hb_json_number(json, "stretching", frame->stretching);
   hb_json_number(json, "gravity", frame->gravity);
-  hb_json_number(json, "sum_without_gravity", frame->kinetic + frame->bending + frame->twisting);
+  hb_json_number(json, "sum_without_gravity",
+                 frame->kinetic + frame->bending + frame->twisting + frame->stretching);
   hb_json_object_end(json);
 }
 
@@ -117,6 +119,7 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_number(json, "kinetic", energy[0]);
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
+    hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     rod_twist(json, rod, frame);
     hb_report_supports(json, model, rod, frame);
     if (!status) status = hb_report_link(json, model, rod, frame, err);
@@ -198,8 +201,8 @@ static double negligible_energy(const hb_model *model) {
 /* The largest energy or work that the balance can be compared with. */
 static double books_scale(const hb_model *model, const hb_frame *start, const hb_frame *end,
                           double largest_energy) {
-  double before = start->kinetic + start->bending + start->twisting;
-  double after = end->kinetic + end->bending + end->twisting;
+  double before = start->kinetic + start->bending + start->twisting + start->stretching;
+  double after = end->kinetic + end->bending + end->twisting + end->stretching;
   double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
   return fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
 }
@@ -224,7 +227,7 @@ bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const
 /* Everything that came in and went out; what is left over is the scheme's. */
 void hb_report_books(const hb_model *model, const hb_frame *start, const hb_frame *end, double largest_energy,
                      char text[HB_REPORT_SENTENCE]) {
-  double stored = end->bending + end->twisting;
+  double stored = end->bending + end->twisting + end->stretching;
   double before =
       end->kinetic + stored - end->work_loads - end->work_supports + end->dissipated - end->balance;
   double scale = books_scale(model, start, end, largest_energy);

@@ -235,8 +235,9 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
   int span = rod->first_span;
   joint v;
   if (rod->twist_free) {
-    for (int i = 1; i + 1 < rod->nv; i++)
+    for (int i = 1; i <= rod->last_joint; i++)
       add_plain(work, i, model->bend_gain[rod->first + i], stride * (i - 1), stride, K);
+    hb_stretch_hessian(model, rod, work, stride, K);
     return;
   }
   set_side(&v, 1, rod, state, work, 0);
@@ -272,6 +273,7 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
     scatter(&v, stride * (i - 1), stride, K);
     if (twists) scatter_turns(&v, stride * (i - 1), stride, K);
   }
+  hb_stretch_hessian(model, rod, work, stride, K);
 }
 
 /* Held frames are none; in closed form only the inside of spans between two of them. */
@@ -306,5 +308,5 @@ double hb_rod_energy(const hb_model *m, const hb_rod *rod, const hb_state *state
   }
   for (int s = rod->first_span; rod->closed_form && s < rod->first_span + rod->span_count; s++)
     sum += 0.5 * state->moment[s] * state->moment[s] * m->spans[s].compliance;
-  return sum;
+  return sum + hb_stretch_energy(m, rod, w);
 }
