@@ -11,6 +11,7 @@
 /* Cost of one vertex and step, seconds, on a usual core: measured orders of magnitude, not promises. */
 #define EULER_SECONDS 65e-9
 #define VERLET_SECONDS 90e-9
+#define IMPLICIT_SECONDS 2e-6
 #define GENERAL_SECONDS 400e-9
 /* Most rods and notes that are told one by one. */
 enum { TOLD_RODS = 20, TOLD_FIRST = 2, TOLD_NOTES = 20 };
@@ -85,6 +86,7 @@ static double length_mismatch(const hb_model *m, const hb_rod *rod) {
 /* Cost of one vertex and step of a rod. */
 static double vertex_seconds(const hb_scene_def *def, const hb_rod *rod) {
   const char *integrator = def->method.integrator;
+  if (hb_method_is_implicit(&def->method)) return rod->twist_free ? IMPLICIT_SECONDS : 2 * IMPLICIT_SECONDS;
   if (!rod->closed_form) return GENERAL_SECONDS;
   return integrator && strcmp(integrator, "symplectic-euler") == 0 ? EULER_SECONDS : VERLET_SECONDS;
 }
@@ -231,6 +233,10 @@ static void print_rods(const hb_model *m, const summary *s) {
 /* The step against its limit. */
 static void print_step_limit(const hb_model *m, const summary *s) {
   double step = m->def->method.time_step;
+  if (hb_method_is_implicit(&m->def->method)) {
+    printf("stability  an implicit scheme: any step is stable, accuracy alone limits it\n");
+    return;
+  }
   if (!isfinite(s->stable_step)) {
     printf("stability  no estimate: no bending, damping, load or motion from which to take one\n");
     return;

@@ -12,11 +12,13 @@ const cli_point *cli_case_points(const cli_validation *v, const cli_case *c) {
   return NULL;
 }
 
-/* "P = 3, n = 41" from the column of vary; numbers and words as they are written. */
+/* "P = 3, Q = 1" from the column of vary, as it is written: parameters of the scene, or the first setting if
+ * none of them is one. */
 void cli_case_label(const cli_case *c, int variant, char *text, size_t size) {
   text[0] = 0;
   for (int k = 0; c->vary && k < c->vary->count; k++) {
     size_t used = strlen(text);
+    if (strpbrk(c->vary->children[k]->key, ".[") && (k > 0 || c->vary->count > 1)) continue;
     snprintf(text + used, size - used, "%s%s = %s", used ? ", " : "", c->vary->children[k]->key,
              c->vary->children[k]->children[variant]->text);
   }
@@ -49,7 +51,7 @@ static void judge_order(cli_verdict *v, const column *k) {
   v->order = a / b > 0 ? log(a / b) / log(ratio) : (double)NAN;
   if (!(fabs(v->order - e->order) <= e->order_within)) {
     v->good = false;
-    v->why = "the order of convergence is another one";
+    if (!v->why) v->why = "the order of convergence is another one";
   }
   if (e->limit <= 0) return;
   double f = fine->found[k->index], g = coarse->found[k->index], known = expected(k, e, last);
@@ -57,7 +59,7 @@ static void judge_order(cli_verdict *v, const column *k) {
   v->share = fmax(v->share, fabs(v->limit_error) / e->limit);
   if (!(fabs(v->limit_error) <= e->limit)) {
     v->good = false;
-    v->why = "the value on ever finer meshes is another one";
+    if (!v->why) v->why = "the value on ever finer meshes is another one";
   }
 }
 

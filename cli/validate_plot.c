@@ -115,8 +115,7 @@ static void draw_bars(drawing *d, const cli_validation *v, const cli_case *c) {
 }
 
 /* The two axes along which a shape extends furthest. */
-static void widest(const double *shape, int nv, int axes[2]) {
-  double extent[3];
+static void widest(const double *shape, int nv, int axes[2], double extent[3]) {
   for (int c = 0; c < 3; c++) {
     double least = HUGE_VAL, most = -HUGE_VAL;
     for (int k = 0; k < nv; k++) {
@@ -134,19 +133,17 @@ static void widest(const double *shape, int nv, int axes[2]) {
 static void draw_shape(drawing *d, const cli_validation *v, const cli_case *c) {
   const cli_point *points = cli_case_points(v, c);
   int axes[2] = {0, 1}, count = 0, drawn[CURVES];
-  double largest = 0;
+  double extent[3] = {1, 1, 1};
   for (int variant = 0; variant < c->variants && count < CURVES; variant++) {
     const cli_point *at = &points[variant * c->mesh_count + c->mesh_count - 1];
     int nv = 0, slot = 0;
     if (!at->shape) continue;
     for (int r = 0; at->rods[r]; r++) nv += at->rods[r];
-    if (count == 0) widest(at->shape, nv, axes);
+    if (count == 0) widest(at->shape, nv, axes, extent);
     say(d, "$s%d << EOD\n", count);
     for (int r = 0; at->rods[r]; r++, say(d, "\n"))
-      for (int k = 0; k < at->rods[r]; k++, slot++) {
+      for (int k = 0; k < at->rods[r]; k++, slot++)
         say(d, "%.7g %.7g\n", at->shape[3 * slot + axes[0]], at->shape[3 * slot + axes[1]]);
-        largest = fmax(largest, fabs(at->shape[3 * slot + axes[0]]) + fabs(at->shape[3 * slot + axes[1]]));
-      }
     say(d, "EOD\n");
     drawn[count++] = variant;
   }
@@ -154,8 +151,10 @@ static void draw_shape(drawing *d, const cli_validation *v, const cli_case *c) {
     say(d, "set multiplot next\n");
     return;
   }
-  say(d, "set title 'shape%s'\nset xlabel '%c'\nset ylabel '%c'\nset size ratio -1\n",
-      c->mesh_count > 1 ? " on the finest mesh" : "", "xyz"[axes[0]], "xyz"[axes[1]]);
+  bool flat = extent[axes[0]] < 0.12 * extent[axes[1]] || extent[axes[1]] < 0.12 * extent[axes[0]];
+  say(d, "set title 'shape%s%s'\nset xlabel '%c'\nset ylabel '%c'\n%s",
+      c->mesh_count > 1 ? " on the finest mesh" : "", flat ? ", stretched" : "", "xyz"[axes[0]],
+      "xyz"[axes[1]], flat ? "" : "set size ratio -1\n");
   for (int k = 0; k < count; k++) {
     char label[200], text[300];
     cli_case_label(c, drawn[k], label, sizeof label);

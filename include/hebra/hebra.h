@@ -13,4 +13,5 @@
 #include "hebra/sim.h"
 #include "hebra/state.h"
 #include "hebra/statics.h"
+#include "hebra/trace.h"
 #endif

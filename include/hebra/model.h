@@ -124,12 +124,14 @@ typedef enum hb_precision {
 } hb_precision;
 
 typedef struct hb_method_def {
-  char *integrator;        /* "symplectic-euler" or "verlet" */
+  char *integrator;        /* "symplectic-euler", "verlet", "implicit" or "backward-euler" */
   double time_step;        /* > 0 */
   double duration;         /* >= 0 */
   double length_tolerance; /* default 1e-10 (a scene file with precision single: 1e-5) */
   hb_length_tolerance_kind length_tolerance_kind;
-  int max_projections;      /* iterations before giving up, default 100 */
+  double error_tolerance; /* implicit schemes: largest error of a position per piece of a step, over the rod's
+                             length; default 0: steps are taken whole */
+  int max_projections;    /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
   hb_lane_choice lanes;     /* no key of a scene: the program's to choose */
   hb_precision precision;   /* default double */
@@ -137,12 +139,25 @@ typedef struct hb_method_def {
   int line, column;
 } hb_method_def;
 
+/* Is it one of the schemes that are stable at any step? */
+bool hb_method_is_implicit(const hb_method_def *method);
+
 typedef struct hb_output_def {
   int every;                 /* steps between frames, >= 1 */
   double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
   uint64_t fields;           /* HB_FIELD_BIT of those that the trajectory holds; 0: not said */
   bool single;               /* fields in the trajectory are floats */
+  bool link;                 /* look at the link of every rod that has one in every frame */
 } hb_output_def;
+
+/* A branch of equilibria over a parameter (hebra/trace.h). */
+typedef struct hb_trace_def {
+  char *parameter;      /* its name, or "t"; NULL: the scene asks for no branch */
+  double from, to;      /* different */
+  double step;          /* longest step, > 0, <= 1 */
+  int points, branches; /* at most */
+  int line, column;
+} hb_trace_def;
 
 /* A whole scene. */
 typedef struct hb_scene_def {
@@ -156,6 +171,7 @@ typedef struct hb_scene_def {
   int force_count;
   hb_method_def method;
   hb_output_def output;
+  hb_trace_def trace;
   uint64_t run; /* number of the run that goes on here (hb_checkpoint.run); 0: a new run */
 } hb_scene_def;
 
@@ -270,7 +286,7 @@ void hb_model_free(hb_model *model);
 /* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist,
  * tension from the loads and speeds at the start, waves of stretching, viscosity, damping. rod: gets the rod
  * that limits it, NULL allowed. INFINITY if nothing limits it: without bending, damping, loads and motion
- * there is no estimate. */
+ * there is no estimate, and implicit schemes have no limit. */
 double hb_model_stable_step(const hb_model *model, int *rod);
 
 #ifdef __cplusplus

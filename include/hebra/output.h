@@ -95,6 +95,7 @@ typedef struct hb_reader hb_reader;
 typedef struct hb_reader_rod {
   const char *name;
   int first, nv;
+  bool closed; /* the last vertex is the first */
   double radius;
 } hb_reader_rod;
 typedef struct hb_trajectory_info {

@@ -33,7 +33,9 @@ double hb_sim_initial_correction(const hb_sim *sim);
 double hb_sim_time(const hb_sim *sim);
 long hb_sim_steps(const hb_sim *sim);
 long hb_sim_total_steps(const hb_sim *sim); /* ceil(duration / time_step - 1e-9) */
-size_t hb_sim_memory(const hb_sim *sim);    /* bytes of state and workspace */
+/* Bytes of state and workspaces, those of all threads counted (without their stacks); the model and what
+ * measures on other threads (hb_measure_create) are not in it. */
+size_t hb_sim_memory(const hb_sim *sim);
 /* Seconds spent per stage, extrapolated from the timed steps. Only if hb_sim_time_stages(sim, n): time every
  * n-th step. */
 void hb_sim_time_stages(hb_sim *sim, int every);
@@ -149,6 +151,23 @@ void hb_measure_choose(hb_measure *measure, uint64_t fields);
  * forces: also what tension, reaction and internal_force are measured from. All else in `to` stays as it is.
  */
 void hb_sim_snapshot(const hb_sim *sim, bool forces, hb_state *to);
+/* How a closed rod, or one whose first and last edge have prescribed frames, winds about itself, in turns.
+ * The latter is closed to a ring by a path without twist that goes straight on from its last edge, far around
+ * it, and straight into the first one. twist + writhe + closing is then the linking number, a whole number
+ * (Calugareanu, White, Fuller; docs/theory, 9.6). While the end edges stand still, twist + writhe only
+ * changes where the rod passes through itself, by 2. */
+typedef struct hb_link {
+  bool defined;   /* false: an end is free to turn; all else is 0 */
+  double twist;   /* sum of the twists of all vertices */
+  double writhe;  /* of the closed polygon */
+  double closing; /* between the last director, carried along the path, and the first: -1/2 to 1/2; of a
+                     closed rod by how much it was cut off where its ends meet, 0 without a cut */
+  double link;    /* the whole number nearest to their sum */
+  double error;   /* distance of the sum from it: round-off */
+} hb_link;
+bool hb_link_defined(const hb_model *model, int rod);
+/* Needs position, m1 and twist in the frame. Time grows with the square of the vertices. HB_ERR_MEMORY. */
+hb_status hb_frame_link(const hb_model *model, const hb_frame *frame, int rod, hb_link *out, hb_error *err);
 /* The rod's own totals: kinetic, bending, twisting. */
 void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
 double hb_frame_rod_stretching(const hb_model *model, const hb_frame *frame,

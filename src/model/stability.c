@@ -156,6 +156,7 @@ static double rod_limit(const hb_model *m, const hb_rod *rod) {
 double hb_model_stable_step(const hb_model *model, int *rod) {
   double limit = HUGE_VAL;
   if (rod) *rod = 0;
+  if (hb_method_is_implicit(&model->def->method)) return limit;
   for (int r = 0; r < model->rod_count; r++) {
     double own = rod_limit(model, &model->rods[r]);
     if (!(own < limit)) continue;

@@ -287,6 +287,8 @@ static void rods(build *b) {
     table(b, "hebra/rods/first", H5T_NATIVE_INT64, count, 0, numbers);
     for (size_t r = 0; r < count; r++) numbers[r] = b->model->rods[r].nv;
     table(b, "hebra/rods/nv", H5T_NATIVE_INT64, count, 0, numbers);
+    for (size_t r = 0; r < count; r++) numbers[r] = b->model->rods[r].closed;
+    table(b, "hebra/rods/closed", H5T_NATIVE_INT64, count, 0, numbers);
     for (size_t r = 0; r < count; r++) values[r] = b->model->def->rods[r].radius;
     table(b, "hebra/rods/radius", H5T_NATIVE_DOUBLE, count, 0, values);
     for (size_t r = 0; r < count; r++) values[r] = b->model->rods[r].length;

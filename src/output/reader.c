@@ -67,7 +67,7 @@ static bool whole(double value, double least, double most) {
 
 /* Rods must lie one behind the other from vertex 0. */
 static hb_status check_rods(hb_reader *r, const double *first, const double *nv, const double *radius,
-                            hb_error *err) {
+                            const double *closed, hb_error *err) {
   long long total = 0;
   for (int k = 0; k < r->info.rod_count; k++) {
     if (first[k] != (double)total || !whole(nv[k], 2, INT_MAX) || total + (long long)nv[k] > INT_MAX)
@@ -80,6 +80,7 @@ static hb_status check_rods(hb_reader *r, const double *first, const double *nv,
     r->rods[k].first = (int)total;
     r->rods[k].nv = (int)nv[k];
     r->rods[k].radius = radius[k];
+    r->rods[k].closed = closed[k] == 1;
     total += (long long)nv[k];
   }
   r->info.nv = (int)total;
@@ -94,17 +95,20 @@ static hb_status read_rods(hb_reader *r, hb_error *err) {
   if (status != HB_OK) return status;
   if (count < 1 || count > INT_MAX / 4)
     return hb_fail(err, HB_ERR_INPUT, "%s: claims %zu rods, expected at least 1", r->name, count);
-  double *values = hb_alloc(count, 3 * sizeof *values);
+  double *values = hb_alloc(count, 4 * sizeof *values);
   r->rods = hb_alloc(count, sizeof *r->rods);
   if (values && r->rods) {
-    double *first = values, *nv = values + count, *radius = values + 2 * count;
+    double *first = values, *nv = values + count, *radius = values + 2 * count, *closed = values + 3 * count;
     r->info.rod_count = (int)count;
     r->info.rods = r->rods;
     for (size_t k = 0; k < count; k++) r->rods[k].name = r->rod_names + k * width;
     status = read_column(r, "hebra/rods/first", first, err);
     if (status == HB_OK) status = read_column(r, "hebra/rods/nv", nv, err);
     if (status == HB_OK) status = read_column(r, "hebra/rods/radius", radius, err);
-    if (status == HB_OK) status = check_rods(r, first, nv, radius, err);
+    /* files of before there were closed rods do not say */
+    if (status == HB_OK && H5Lexists(r->file, "hebra/rods/closed", H5P_DEFAULT) > 0)
+      status = read_column(r, "hebra/rods/closed", closed, err);
+    if (status == HB_OK) status = check_rods(r, first, nv, radius, closed, err);
   } else {
     status = hb_fail_memory(err, "table of rods");
   }

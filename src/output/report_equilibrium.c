@@ -2,7 +2,7 @@
 #include "output/report.h"
 
 #include "output/file.h"
-#include "output/json.h"
+#include "output/report_parts.h"
 
 #include <math.h>
 
@@ -34,38 +34,16 @@ static void range(hb_json *json, const char *least_key, const char *most_key, co
   hb_json_number(json, most_key, most);
 }
 
-/* What supports give: forces on prescribed vertices, torques on prescribed frames. */
-static void supports(hb_json *json, const hb_model *model, const hb_rod *rod, const hb_frame *frame) {
-  hb_json_array(json, "reactions");
-  for (int k = rod->first; k < rod->first + rod->nv; k++) {
-    const double *mass = model->inv_mass + 3 * k;
-    if (mass[0] != 0 && mass[1] != 0 && mass[2] != 0) continue;
-    hb_json_object(json, NULL);
-    hb_json_integer(json, "vertex", k - rod->first);
-    hb_json_vector(json, "force", frame->reaction + 3 * k, 3);
-    hb_json_object_end(json);
-  }
-  hb_json_array_end(json);
-  hb_json_array(json, "torques");
-  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
-    int slot = model->frames[k].slot;
-    hb_json_object(json, NULL);
-    hb_json_integer(json, "edge", slot - rod->first);
-    hb_json_number(json, "torque", frame->torque[slot]);
-    hb_json_object_end(json);
-  }
-  hb_json_array_end(json);
-}
-
 /* All rods. */
-static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
+static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *frame, hb_error *err) {
+  hb_status status = HB_OK;
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
     const hb_rod *rod = &model->rods[r];
     double energy[3], twist = 0;
-    int last = rod->first + rod->nv - 1;
+    int last = rod->first + rod->nv - 1, behind = rod->first + rod->last_joint + 1;
     hb_frame_rod_energy(model, frame, r, energy);
-    for (int k = rod->first + 1; k < last; k++) twist += frame->twist[k];
+    for (int k = rod->first + 1; k < behind; k++) twist += frame->twist[k];
     hb_json_object(json, NULL);
     hb_json_text(json, "name", rod->name);
     hb_json_integer(json, "vertices", rod->nv);
@@ -75,14 +53,16 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
     hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     hb_json_number(json, "total_twist", twist);
     range(json, "twisting_moment_least", "twisting_moment_most", frame->twisting_moment, rod->first + 1,
-          last);
+          behind);
     range(json, "tension_least", "tension_most", frame->tension, rod->first, last);
     hb_json_vector(json, "first_vertex", frame->position + 3 * rod->first, 3);
     hb_json_vector(json, "last_vertex", frame->position + 3 * last, 3);
-    supports(json, model, rod, frame);
+    hb_report_supports(json, model, rod, frame);
+    if (!status) status = hb_report_link(json, model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
+  return status;
 }
 
 /* Whole or not at all. */
@@ -104,11 +84,12 @@ hb_status hb_report_equilibrium(const char *path, const hb_model *model, const h
   hb_json_number(&json, "gravity", frame->gravity);
   hb_json_object_end(&json);
   hb_json_number(&json, "length_error", frame->length_error);
-  rods(&json, model, frame);
+  status = rods(&json, model, frame, err);
   hb_json_array(&json, "warnings");
   for (int k = 0; k < model->note_count; k++) hb_json_text(&json, NULL, model->notes[k]);
   hb_json_array_end(&json);
   hb_json_text(&json, "source", model->def->source);
   hb_json_end(&json);
-  return hb_file_end(&file, true, false, err);
+  hb_status ended = hb_file_end(&file, !status, false, status ? NULL : err);
+  return status ? status : ended;
 }

@@ -200,7 +200,7 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
   int span = rod->first_span;
   joint v;
   set_side(&v, 1, rod, state, work, 0);
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     v.t[0] = v.t[1];
     v.p[0] = v.p[2];

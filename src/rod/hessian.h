@@ -9,8 +9,10 @@
  * hb_rod_settle without viscosity (h = 0). The unknowns are the vertices and the turns delta^j of the
  * material frames beyond time-parallel transport from where they are now, exact to second order: coordinate c
  * of vertex i has the number stride i + c, delta^j the number stride j + stride - 1. K is symmetric and has
- * half >= 2 stride + 2. In spans of closed-form rods that can untwist (no panels) there is no twist energy,
- * and all entries of their angles are 0. */
+ * half >= 2 stride + 2. Of a closed rod the joint writes into the columns behind the last vertex, nv - 1,
+ * whose unknowns are those of vertex 0, as if vertex nv were vertex 1: K has room for them (hb_band). In
+ * spans of closed-form rods that can untwist (no panels) there is no twist energy, and all entries of their
+ * angles are 0. */
 void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *state, const hb_rod_work *work,
                     int stride, hb_band *K);
 

@@ -137,6 +137,8 @@ bool hb_scene_find_rods(const hb_scene_reader *r, const char *name, int *first, 
 hb_status hb_scene_read_rods(hb_scene_reader *r, const hb_node *node);
 /* gravity and forces; the rods must have been read. */
 hb_status hb_scene_read_forces(hb_scene_reader *r, const hb_node *root);
+/* trace; the parameters must have been read (read_trace.c). */
+hb_status hb_scene_read_trace(hb_scene_reader *r, const hb_node *node);
 /* hb_scene_parse with other limits; fuzzing uses small ones. */
 hb_status hb_scene_parse_limited(const char *text, size_t length, const hb_scene_reader *settings,
                                  const char *const *overrides, int override_count);

@@ -70,11 +70,11 @@ static hb_status read_tolerance(hb_scene_reader *r, const hb_node *node, hb_meth
 
 /* method */
 static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {
-      "integrator",           "time_step", "duration", "length_tolerance", "max_projections",
-      "max_twist_iterations", "precision", NULL};
+  static const char *const keys[] = {"integrator",       "time_step",       "duration",
+                                     "length_tolerance", "max_projections", "max_twist_iterations",
+                                     "precision",        "error_tolerance", NULL};
   static const char *const precisions[] = {"double", "single", NULL};
-  static const char *const integrators[] = {"symplectic-euler", "verlet", NULL};
+  static const char *const integrators[] = {"symplectic-euler", "verlet", "implicit", "backward-euler", NULL};
   hb_method_def *m = &r->def->method;
   const hb_node *step, *duration;
   int choice = 1, precision = 0;
@@ -89,6 +89,11 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   m->precision = precision == 1 ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
   if (m->precision == HB_PRECISION_SINGLE) m->length_tolerance = 1e-5;
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
+  const hb_node *error = hb_node_find(node, "error_tolerance");
+  if (!status) status = hb_scene_number(r, error, HB_RULE_POSITIVE, &m->error_tolerance);
+  if (!status && error && choice < 2)
+    status =
+        hb_scene_fail_key(r, error, "only the integrators implicit and backward-euler control their error");
   if (!status)
     status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
   if (!status)
@@ -139,7 +144,7 @@ static hb_status read_fields(hb_scene_reader *r, const hb_node *node) {
 
 /* output */
 static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", NULL};
+  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", "link", NULL};
   static const char *const precisions[] = {"double", "single", NULL};
   int precision = 0;
   if (!node) return HB_OK;
@@ -149,6 +154,7 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
   if (!status) status = read_fields(r, hb_node_find(node, "fields"));
   if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
   r->def->output.single = precision == 1;
+  if (!status) status = hb_scene_flag(r, hb_node_find(node, "link"), &r->def->output.link);
   if (!status)
     status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
   return status;
@@ -156,8 +162,8 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
 
 /* All sections. */
 static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
-  static const char *const keys[] = {"title",   "description", "units",  "parameters", "method",
-                                     "gravity", "rods",        "forces", "output",     NULL};
+  static const char *const keys[] = {"title", "description", "units",  "parameters", "method", "gravity",
+                                     "rods",  "forces",      "output", "trace",      NULL};
   const hb_node *method, *rods, *units = hb_node_find(root, "units");
   hb_status status = hb_scene_check_keys(r, root, keys);
   if (!status) status = hb_scene_text(r, hb_node_find(root, "title"), &r->def->title);
@@ -170,6 +176,7 @@ static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
   if (!status) status = hb_scene_read_rods(r, rods);
   if (!status) status = hb_scene_read_forces(r, root);
   if (!status) status = read_output(r, hb_node_find(root, "output"));
+  if (!status) status = hb_scene_read_trace(r, hb_node_find(root, "trace"));
   return status;
 }
 

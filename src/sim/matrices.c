@@ -40,11 +40,24 @@ static void put(hb_matrix *m, int row, int column, double value) {
   m->value[m->entries++] = value;
 }
 
+/* The same where there may be an entry already: of closed rods, whose last slot is the first. */
+static void add_to(hb_matrix *m, int row, int column, double value) {
+  int low = row > column ? row : column, left = row > column ? column : row;
+  for (long k = 0; k < m->entries; k++)
+    if (m->row[k] == low && m->column[k] == left) {
+      m->value[k] += value;
+      return;
+    }
+  put(m, low, left, value);
+}
+
 /* Numbers of a rod's unknowns in the whole, -1: held, or a multiplier. Adds them to the lists. */
 static void number_unknowns(const hb_kkt *kkt, const hb_rod *rod, int *number, hb_matrices *out) {
-  for (int k = 0; k < kkt->matrix.n; k++) {
-    int i = k / HB_KKT_STRIDE, part = k % HB_KKT_STRIDE;
-    number[k] = -1;
+  int beyond = kkt->closed ? HB_KKT_STRIDE : 0; /* columns behind the last */
+  for (int k = 0; k < kkt->matrix.n + beyond; k++) {
+    int i = k / HB_KKT_STRIDE, part = k % HB_KKT_STRIDE, other = hb_kkt_fold(kkt, k);
+    number[k] = other == k ? -1 : number[other];
+    if (other != k) continue;
     if (part == HB_KKT_MULTIPLIER || kkt->weight[k] == 0) continue;
     out->slot[out->K.rows] = rod->first + i;
     out->component[out->K.rows] = part == HB_KKT_TURN ? 3 : part;
@@ -56,10 +69,14 @@ static void number_unknowns(const hb_kkt *kkt, const hb_rod *rod, int *number, h
 static void sort_entries(const hb_statics *s, const hb_rod *rod, const int *number, hb_matrices *out) {
   const hb_kkt *kkt = &s->kkt;
   size_t width = (size_t)kkt->matrix.half + 1;
-  for (int column = 0; column < kkt->matrix.n; column++)
-    for (int k = 0; k < (int)width && column + k < kkt->matrix.n; k++) {
+  int end = kkt->matrix.n + (kkt->closed ? HB_KKT_STRIDE : 0);
+  for (int column = 0; column < end; column++)
+    for (int k = 0; k < (int)width && column + k < end; k++) {
       int row = column + k;
-      if (number[row] >= 0 && number[column] >= 0)
+      if (number[row] < 0 || number[column] < 0) continue;
+      if (hb_kkt_fold(kkt, row) != row || hb_kkt_fold(kkt, column) != column)
+        add_to(&out->K, number[row], number[column], kkt->matrix.a[width * (size_t)column + (size_t)k]);
+      else
         put(&out->K, number[row], number[column], kkt->matrix.a[width * (size_t)column + (size_t)k]);
     }
   for (int j = 0; j + 1 < rod->nv; j++) {
@@ -82,7 +99,10 @@ static hb_status add_rod(hb_statics *s, const hb_rod *rod, double t, const hb_eq
   number_unknowns(&s->kkt, rod, number, out);
   (void)hb_vibration_masses(s, rod, mass);
   for (int k = 0; k < s->kkt.matrix.n; k++)
-    if (number[k] >= 0) put(&out->M, number[k], number[k], mass[k]);
+    if (number[k] >= 0 && hb_kkt_fold(&s->kkt, k) == k)
+      put(&out->M, number[k], number[k], mass[k]);
+    else if (number[k] >= 0)
+      add_to(&out->M, number[k], number[k], mass[k]);
   sort_entries(s, rod, number, out);
   return HB_OK;
 }
@@ -102,7 +122,7 @@ hb_status hb_sim_find_matrices(hb_sim *sim, const hb_equilibrium *at, hb_matrice
   out->slot = hb_alloc(4 * (size_t)nv, sizeof *out->slot);
   out->component = hb_alloc(4 * (size_t)nv, sizeof *out->component);
   out->edge = hb_alloc((size_t)nv, sizeof *out->edge);
-  size_t size = (size_t)HB_KKT_STRIDE * (size_t)(status ? 1 : s.kkt.capacity);
+  size_t size = (size_t)HB_KKT_STRIDE * (size_t)(status ? 1 : s.kkt.capacity + 1);
   int *number = hb_alloc(size, sizeof *number);
   double *mass = hb_alloc(size, sizeof *mass);
   if (!status && (!out->slot || !out->component || !out->edge || !number || !mass))

@@ -98,8 +98,8 @@ static void measure_moment(const hb_measure *probe, const hb_rod *rod, hb_frame 
   for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     hb_v3 t = hb_v3_load(tangent + 3 * i - 3), n = hb_v3_load(tangent + 3 * i);
-    double inv = 1 / fmax(1 + hb_v3_dot(t, n), HB_FOLD_LIMIT);
-    hb_v3 kb = hb_v3_scale(2 * inv, hb_v3_cross(t, n)), q[2], bending;
+    double chi = 1 + hb_v3_dot(t, n), inv = 1 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT);
+    hb_v3 kb = hb_v3_load(probe->kb + 3 * i), q[2], bending;
     if (rod->closed_form)
       bending = hb_v3_scale(0.5 * m->bend_gain[k] * inv, kb);
     else {

@@ -1,4 +1,4 @@
-#include "solve/kkt.h"
+#include "solve/kkt_ring.h"
 
 #include "base/memory.h"
 #include "force/force.h"
@@ -46,7 +46,8 @@ hb_status hb_kkt_create(int nv, hb_kkt *k, hb_error *err) {
 void hb_kkt_free(hb_kkt *k) {
   hb_free(k->block);
   hb_free(k->unknown);
-  k->block = NULL;
+  hb_free(k->border_block);
+  k->block = k->border_block = k->border = NULL;
   k->unknown = NULL;
 }
 
@@ -54,7 +55,8 @@ void hb_kkt_free(hb_kkt *k) {
 void hb_kkt_begin(hb_kkt *k, const hb_model *m, const hb_rod *rod) {
   int o = rod->first;
   double arm = TURN_ARM * rod->length;
-  bool slim = k->slim && rod->twist_free;
+  bool slim = k->slim && rod->twist_free && !rod->closed;
+  k->closed = rod->closed;
   k->stride = slim ? HB_KKT_SLIM_STRIDE : HB_KKT_STRIDE;
   k->matrix.half = k->factors.half = slim ? HB_KKT_SLIM_HALF : HB_KKT_HALF;
   k->matrix.n = k->factors.n = k->stride * rod->nv;
@@ -70,6 +72,8 @@ void hb_kkt_begin(hb_kkt *k, const hb_model *m, const hb_rod *rod) {
     for (int c = -3; i > 0 && c < 3; c++) any = any || free[c] != 0;
     k->constraints += any && !rod->extensible;
   }
+  for (int p = 0; k->closed && p < HB_KKT_BORDER; p++)
+    k->border_unknown[p] = k->weight[p] != 0 || (p == HB_KKT_STRIDE + HB_KKT_MULTIPLIER && !rod->extensible);
 }
 
 /* How stiff an edge is across its direction, from all that acts there: what is added along it is a multiple
@@ -78,8 +82,9 @@ static double natural_stiffness(const hb_model *m, const hb_rod *rod, const hb_s
                                 const hb_rod_work *w, int j, double lambda) {
   int k = rod->first + j;
   double inv = m->inv_rest_length[k], stiffness = 2 * fabs(lambda) * inv;
-  for (int i = j; i <= j + 1; i++) {
-    if (i == 0 || i + 1 == rod->nv) continue;
+  for (int end = j; end <= j + 1; end++) {
+    int i = end == 0 && rod->closed ? rod->nv - 1 : end;
+    if (i == 0 || i > rod->last_joint) continue;
     double alpha = m->alpha[rod->first + i], moment = rod->closed_form ? 0 : fabs(w->moment[i]);
     stiffness += inv * inv * (3 * alpha * inv + moment);
   }
@@ -155,7 +160,15 @@ static void find_pull(hb_kkt *kkt, const hb_rod *rod, const double *moved) {
   double *v = kkt->scratch;
   memset(v, 0, (size_t)kkt->matrix.n * sizeof *v);
   for (int i = 0; i < rod->nv; i++) memcpy(v + kkt->stride * i, moved + 3 * i, 3 * sizeof *v);
-  hb_band_multiply(&kkt->matrix, v, kkt->pull);
+  hb_kkt_multiply(kkt, v, kkt->pull);
+}
+
+/* Open or closed. */
+void hb_kkt_multiply(const hb_kkt *kkt, const double *v, double *out) {
+  if (kkt->closed)
+    hb_kkt_ring_multiply(kkt, v, out);
+  else
+    hb_band_multiply(&kkt->matrix, v, out);
 }
 
 /* Leaves in kkt->right what the constraints put there: -C, and the pull of the added stiffness. */
@@ -170,12 +183,14 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
   else
     add_lengths(kkt, model, rod, state, work, lambda);
   if (moved) find_pull(kkt, rod, moved);
-  for (int k = 0; k < kkt->matrix.n; k++) {
+  int last = kkt->matrix.n - (kkt->closed ? kkt->stride : 0); /* the last slot of a closed rod is the first */
+  for (int k = 0; k < last; k++) {
     bool multiplier = k % kkt->stride == HB_KKT_MULTIPLIER && k >= kkt->stride && !rod->extensible;
     if (multiplier || kkt->weight[k] != 0) continue;
     isolate(&kkt->matrix, k);
     kkt->right[k] = 0;
   }
+  if (kkt->closed && rod->extensible) isolate(&kkt->matrix, last + HB_KKT_MULTIPLIER);
 }
 
 /* Rows of the identity stay such. */
@@ -195,6 +210,7 @@ void hb_kkt_add_motion(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, do
 
 /* Pivots of edges between prescribed vertices are 0 and count as dropped; they are no constraints. */
 int hb_kkt_factor(hb_kkt *k, double shift) {
+  if (k->closed) return hb_kkt_ring_factor(k, shift) - k->constraints;
   size_t width = (size_t)k->matrix.half + 1;
   memcpy(k->factors.a, k->matrix.a, hb_band_size(k->matrix.n, k->matrix.half) * sizeof(double));
   for (int j = 0; j < k->matrix.n; j++) k->factors.a[width * (size_t)j] += shift * k->weight[j];
@@ -203,4 +219,9 @@ int hb_kkt_factor(hb_kkt *k, double shift) {
 }
 
 /* Forwards and backwards. */
-void hb_kkt_solve(hb_kkt *k) { hb_band_solve(&k->factors, k->right); }
+void hb_kkt_solve(hb_kkt *k) {
+  if (k->closed)
+    hb_kkt_ring_solve(k);
+  else
+    hb_band_solve(&k->factors, k->right);
+}

@@ -14,6 +14,9 @@
 
 enum { HB_KKT_STRIDE = 5, HB_KKT_MULTIPLIER = 3, HB_KKT_TURN = 4, HB_KKT_HALF = 12 };
 enum { HB_KKT_SLIM_STRIDE = 4, HB_KKT_SLIM_HALF = 10 };
+/* The border of a closed rod's matrix: vertex 0, vertex 1, turn and multiplier of edge 0, and one that is
+ * none. */
+enum { HB_KKT_BORDER = 9 };
 
 typedef struct hb_kkt {
   hb_band matrix, factors;
@@ -33,11 +36,28 @@ typedef struct hb_kkt {
   int constraints;
   double *block;
   size_t bytes;
+  /* closed rods (docs/theory, 12.6): a matrix of n slots as that of an open rod, whose joint writes into the
+   * columns behind the last; hb_kkt_factor takes what belongs to the first unknowns out into a border */
+  bool closed;
+  double *border; /* HB_KKT_BORDER rows of n + HB_KKT_HALF: couplings with the others, or NULL: no room */
+  double *spread; /* the same: what the others do when one of the border is pulled at */
+  double *core;   /* HB_KKT_BORDER^2: what is left of the border's own block, inverted */
+  double *border_block;               /* all three */
+  bool border_unknown[HB_KKT_BORDER]; /* is it one, or prescribed? */
 } hb_kkt;
+
+/* The number that unknown k of the matrix, or of the columns behind it, really has: of a closed rod the last
+ * slot and the one behind it are the first two vertices. */
+static inline int hb_kkt_fold(const hb_kkt *kkt, int k) {
+  int last = kkt->matrix.n - HB_KKT_STRIDE;
+  return kkt->closed && k >= last && k != last + HB_KKT_MULTIPLIER ? k - last : k;
+}
 
 /* For rods of up to nv vertices. */
 hb_status hb_kkt_create(int nv, hb_kkt *kkt, hb_error *err);
 void hb_kkt_free(hb_kkt *kkt);
+/* Room for closed rods too, after hb_kkt_create. */
+hb_status hb_kkt_add_border(hb_kkt *kkt, hb_error *err);
 
 /* Metric and unknowns of a rod; once per rod. */
 void hb_kkt_begin(hb_kkt *kkt, const hb_model *model, const hb_rod *rod);
@@ -59,7 +79,13 @@ void hb_kkt_add_motion(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, do
  * Negative: the multipliers' own pivots failed; a larger kkt->augment is needed. */
 int hb_kkt_factor(hb_kkt *kkt, double shift);
 
-/* Solves for kkt->right in place. */
+/* out = K v, of the matrix that was assembled. v: of a closed rod with the same entries in both slots of the
+ * vertex where its ends meet; the rows of `out` in the last slot are then parts, to be added to those of the
+ * first. Room for HB_KKT_HALF more in both. */
+void hb_kkt_multiply(const hb_kkt *kkt, const double *v, double *out);
+
+/* Solves for kkt->right in place. The two slots of the vertex where a closed rod's ends meet get the same
+ * answer; what stands in them at first is added up. */
 void hb_kkt_solve(hb_kkt *kkt);
 
 #endif

@@ -34,7 +34,7 @@ typedef struct look {
 } look;
 
 /* What forces, stiffnesses and round-off of this rod are compared with. */
-static void find_scales(hb_statics *s, const hb_rod *rod) {
+void hb_statics_find_scales(hb_statics *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   double B = 0, load = 0, stretching = 0, shortest = rod->length, length = rod->length;
   for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
@@ -58,19 +58,26 @@ static void guess_multipliers(hb_statics *s, const hb_rod *rod) {
                      s->multiplier + rod->first, &s->project_work);
 }
 
+/* The pull of edge j on its first vertex. */
+static hb_v3 pull_of(const hb_statics *s, const hb_rod *rod, const double *multiplier, int j) {
+  const double *x = s->state->x + 3 * (size_t)(rod->first + j);
+  return hb_v3_scale(2 * multiplier[j] * s->model->inv_rest_length[rod->first + j],
+                     hb_v3_sub(hb_v3_load(x + 3), hb_v3_load(x)));
+}
+
 /* Largest force on a free coordinate that neither loads, elasticity nor lengths balance. */
-static double unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
+double hb_statics_unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
   const hb_model *m = s->model;
-  const double *x = s->state->x;
   double most = 0;
+  int last = rod->first + rod->nv - 1;
   hb_v3 before = {0, 0, 0};
-  for (int i = 0; i < rod->nv; i++) {
+  if (rod->closed) before = pull_of(s, rod, multiplier, rod->nv - 2);
+  for (int i = 0; i + rod->closed < rod->nv; i++) {
     int k = rod->first + i;
-    hb_v3 pull = {0, 0, 0};
-    if (i + 1 < rod->nv)
-      pull = hb_v3_scale(2 * multiplier[i] * m->inv_rest_length[k],
-                         hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k)));
-    hb_v3 rest = hb_v3_add(hb_v3_load(s->state->force + 3 * k), hb_v3_sub(pull, before));
+    hb_v3 pull = {0, 0, 0}, force_on = hb_v3_load(s->state->force + 3 * k);
+    if (i + 1 < rod->nv) pull = pull_of(s, rod, multiplier, i);
+    if (rod->closed && i == 0) force_on = hb_v3_add(force_on, hb_v3_load(s->state->force + 3 * last));
+    hb_v3 rest = hb_v3_add(force_on, hb_v3_sub(pull, before));
     const double *force = &rest.x;
     for (int c = 0; c < 3; c++)
       if (m->inv_mass[3 * k + c] != 0) most = fmax(most, fabs(force[c]));
@@ -80,7 +87,7 @@ static double unbalanced(const hb_statics *s, const hb_rod *rod, const double *m
 }
 
 /* Largest tension, by the multipliers or by the strains. */
-static double largest_tension(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
+double hb_statics_largest_tension(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
   const hb_model *m = s->model;
   double most = 0;
   for (int j = 0; j + 1 < rod->nv; j++) {
@@ -197,10 +204,11 @@ static hb_status look_around(hb_statics *s, const hb_rod *rod, double t, bool an
     /* what was predicted for this place, or what fits it now: whichever fits better tells how far off it is
      */
     new_multipliers(s, rod, s->scratch);
-    double expected = unbalanced(s, rod, multiplier), fitted = unbalanced(s, rod, s->scratch);
+    double expected = hb_statics_unbalanced(s, rod, multiplier),
+           fitted = hb_statics_unbalanced(s, rod, s->scratch);
     now->residual = fmin(expected, fitted);
     now->fitted = fitted < expected;
-    now->scale = fmax(s->unit, largest_tension(s, rod, multiplier));
+    now->scale = fmax(s->unit, hb_statics_largest_tension(s, rod, multiplier));
     /* next to equilibrium a long step is round-off along a mode without stiffness */
     if (now->residual > 1e-3 * now->scale || now->turn < 10 * turn_before || s->floor >= s->softest)
       return HB_OK;
@@ -342,10 +350,6 @@ static hb_status carry_supports(hb_statics *s, const hb_rod *rod, double from, d
 /* Carries the supports, then balances. */
 hb_status hb_statics_solve(hb_statics *s, const hb_rod *rod, double from, double t,
                            const hb_equilibrium_options *options, hb_equilibrium *result, hb_error *err) {
-  if (rod->closed)
-    return hb_compile_fail(
-        s->model->def, s->model->def->rods[rod->index].line, s->model->def->rods[rod->index].column, err,
-        "rod %s: equilibria of closed rods are not looked for; let it move with damping", rod->name);
   const hb_force_def *moving = hb_load_first_moving(s->model, rod);
   if (moving)
     return hb_compile_fail(s->model->def, moving->line, moving->column, err,
@@ -355,13 +359,13 @@ hb_status hb_statics_solve(hb_statics *s, const hb_rod *rod, double from, double
   s->magnitude = 0;
   hb_status status = hb_statics_evaluate(s, rod, from, err);
   if (status) return status;
-  find_scales(s, rod);
+  hb_statics_find_scales(s, rod);
   guess_multipliers(s, rod);
   status = carry_supports(s, rod, from, t, options, result, err);
   if (!status) status = hb_statics_evaluate(s, rod, t, err);
   if (status) return status;
   s->magnitude = fabs(s->energy);
-  find_scales(s, rod);
+  hb_statics_find_scales(s, rod);
   guess_multipliers(s, rod);
   status = check_held(s, rod, err);
   return status ? status : balance(s, rod, t, options, options->max_iterations, true, result, err);

@@ -88,7 +88,7 @@ static int look(hb_vibration *v, int steps, double next, int rows, double *Q) {
 /* omega^2 by the energy of a vector of mass 1: what the factors say has to agree with it. */
 static double energy(const hb_vibration *v, double *a) {
   for (int k = HB_KKT_MULTIPLIER; k < v->size; k += HB_KKT_STRIDE) a[k] = 0;
-  hb_band_multiply(&v->statics->kkt.matrix, a, v->trial);
+  hb_kkt_multiply(&v->statics->kkt, a, v->trial);
   double sum = 0;
   for (int k = 0; k < v->size; k++) sum += a[k] * v->trial[k];
   return sum;

@@ -28,11 +28,15 @@ hb_status hb_statics_create(hb_statics *s, const hb_model *model, hb_state *stat
   s->terms = terms;
   s->place = place;
   s->context = context;
-  for (int r = 0; r < model->rod_count; r++)
+  bool any_closed = false;
+  for (int r = 0; r < model->rod_count; r++) {
     if (model->rods[r].nv > longest) longest = model->rods[r].nv;
+    any_closed = any_closed || model->rods[r].closed;
+  }
   hb_status status = hb_rod_work_create(model, &s->rod_work, err);
   if (!status) status = hb_project_work_create(model, &s->project_work, err);
   if (!status) status = hb_kkt_create(longest, &s->kkt, err);
+  if (!status && any_closed) status = hb_kkt_add_border(&s->kkt, err);
   if (!status) status = hb_state_create(model, &s->kept, err);
   if (status) return status;
   s->multiplier = hb_alloc(n, sizeof *s->multiplier);
@@ -80,6 +84,7 @@ hb_status hb_statics_evaluate(hb_statics *s, const hb_rod *rod, double t, hb_err
   for (int k = 0; s->terms[k]; k++)
     if (!s->terms[k]->dissipative && s->terms[k]->active(s->model, rod))
       s->terms[k]->add(s->model, rod, t, state->x, s->none, NULL, state->load);
+  hb_rod_share_seam(rod, state->load);
   double sum = 0;
   for (size_t k = from; k < to; k++) {
     state->force[k] += state->load[k];

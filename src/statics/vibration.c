@@ -26,7 +26,7 @@ long hb_vibration_masses(const hb_statics *s, const hb_rod *rod, double *mass) {
     for (int c = 0; c < 3; c++) {
       if (s->kkt.weight[HB_KKT_STRIDE * i + c] == 0) continue;
       mass[HB_KKT_STRIDE * i + c] = m->mass[rod->first + i];
-      count++;
+      if (!rod->closed || i + 1 < rod->nv) count++; /* the last slot is the first vertex */
     }
   return count;
 }

@@ -90,6 +90,21 @@ void hb_stepper_release_workers(hb_stepper *s) {
   s->workers = NULL;
 }
 
+/* Every array of hb_stepper_init and hb_stepper_use_lanes. */
+size_t hb_stepper_memory(const hb_stepper *s) {
+  const hb_model *m = s->model;
+  size_t vectors = 3 * (size_t)m->nv * sizeof(double), rods = (size_t)m->rod_count;
+  size_t bytes = s->rod_work.bytes + s->project_work.bytes + (s->follower_m1 ? 4 : 3) * vectors +
+                 (3 * (size_t)m->position_count + (size_t)m->frame_count) * sizeof(double) +
+                 rods * (sizeof *s->rates + sizeof *s->active + sizeof *s->uniform) +
+                 HB_BLOCK_STEPS * (size_t)m->def->force_count * sizeof *s->values + hb_pool_memory(s->pool);
+  bytes += hb_implicit_bytes(s->implicit);
+  if (s->plan) bytes += sizeof *s->plan + s->plan->bytes;
+  for (int w = 0; s->workers && w < hb_pool_threads(s->pool); w++)
+    bytes += sizeof *s->workers + s->workers[w].rod_work.bytes + s->workers[w].project_work.bytes;
+  return bytes;
+}
+
 /* Which units have supports that move? */
 static void find_moving(hb_stepper *s) {
   const hb_model *m = s->model;
