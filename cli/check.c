@@ -199,6 +199,11 @@ static void print_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s
   char a[64], b[64];
   printf("rod        %s: %d vertices, length %g, mass %g\n", rod->name, rod->nv, rod->length, s->mass);
   printf("  kind     %s\n", kind_of(rod));
+  static const char *const ways[] = {"", "turns beyond what makes the frame meet itself", "radians of twist",
+                                     "linking number"};
+  if (rod->closed)
+    printf("  closed   %d edges, the last vertex is the first; %s: %.9g\n", rod->nv - 1, ways[def->closing],
+           def->closing_value);
   printf("  moduli   bending %s, twisting %s", in_range(s->bending, a), in_range(s->twisting, b));
   if (rod->extensible) printf(", stretching %s", in_range(s->stretching, a));
   printf("%s\n", def->viscosity ? ", with bending viscosity" : "");

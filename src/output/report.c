@@ -98,7 +98,8 @@ static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
 }
 
 /* All rods. */
-static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *frame, hb_error *err) {
+static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *start, const hb_frame *frame,
+                      hb_error *err) {
   hb_status status = HB_OK;
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
@@ -122,7 +123,8 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     rod_twist(json, rod, frame);
     hb_report_supports(json, model, rod, frame);
-    if (!status) status = hb_report_link(json, model, rod, frame, err);
+    if (!status) status = hb_report_link(json, "link_start", model, rod, start, err);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
@@ -282,7 +284,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   scene(&json, model);
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end, books_scale(model, start, end, facts->largest_energy));
-  status = rods(&json, model, end, err);
+  status = rods(&json, model, start, end, err);
   links(&json, facts);
   cost(&json, sim, facts);
   warnings(&json, sim, start, end, facts->largest_energy);

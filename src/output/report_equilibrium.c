@@ -58,7 +58,7 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_vector(json, "first_vertex", frame->position + 3 * rod->first, 3);
     hb_json_vector(json, "last_vertex", frame->position + 3 * last, 3);
     hb_report_supports(json, model, rod, frame);
-    if (!status) status = hb_report_link(json, model, rod, frame, err);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);

@@ -2,8 +2,6 @@
 #include "hebra/sim.h"
 
 #include "base/memory.h"
-#include "math/rotation.h"
-#include "rod/writhe.h"
 
 #include <string.h>
 

@@ -24,6 +24,12 @@ static double first_angle(const hb_measure *probe, const hb_rod *rod, const doub
                           expected);
 }
 
+/* (kappa b) between unit tangents. */
+static hb_v3 binormal(hb_v3 t, hb_v3 n) {
+  double chi = 1 + hb_v3_dot(t, n);
+  return hb_v3_scale(2 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT), hb_v3_cross(t, n));
+}
+
 /* Tangents, binormals (kappa b), and the largest length error of the rod. */
 static double measure_edges(hb_measure *probe, const hb_rod *rod) {
   const double *p = probe->state->x + 3 * (size_t)rod->first;
@@ -35,21 +41,16 @@ static double measure_edges(hb_measure *probe, const hb_rod *rod) {
     hb_v3 e = {p[3] - p[0], p[4] - p[1], p[5] - p[2]};
     double length = hb_v3_norm(e), inv = 1 / length, off = fabs(length * rest[j] - 1);
     hb_v3 t = hb_v3_scale(inv, e);
-    double chi = 1 + hb_v3_dot(before, t);
     worst = off > worst ? off : worst;
     w->inv_length[j] = inv;
     hb_v3_store(w->tangent + 3 * j, t);
-    hb_v3_store(probe->kb + 3 * j,
-                hb_v3_scale(2 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT), hb_v3_cross(before, t)));
+    hb_v3_store(probe->kb + 3 * j, binormal(before, t));
     before = t;
   }
   if (rod->closed) { /* behind the last edge comes the first */
-    int last = rod->nv - 1;
-    hb_v3 t = hb_v3_load(w->tangent);
-    w->inv_length[last] = w->inv_length[0];
-    hb_v3_store(w->tangent + 3 * last, t);
-    hb_v3_store(probe->kb + 3 * last,
-                hb_v3_scale(2 / fmax(1 + hb_v3_dot(before, t), HB_FOLD_LIMIT), hb_v3_cross(before, t)));
+    w->inv_length[rod->nv - 1] = w->inv_length[0];
+    memcpy(w->tangent + 3 * (rod->nv - 1), w->tangent, 3 * sizeof(double));
+    hb_v3_store(probe->kb + 3 * (rod->nv - 1), binormal(before, hb_v3_load(w->tangent)));
   }
   return rod->extensible ? 0 : worst;
 }

@@ -1,4 +1,4 @@
-/* Points of a branch: predicted along the tangent, corrected by Newton's method (docs/theory, 14.3 and 14.4).
+/* Points of a branch: predicted along the tangent, corrected by Newton's method (docs/theory, 16.3 and 16.4).
  */
 #include "statics/branch.h"
 
