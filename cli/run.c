@@ -194,7 +194,7 @@ static hb_status restore(run *r, hb_error *err) {
 
 /* Keeps the largest energy that a frame has shown. */
 static void note_energy(run *r, const hb_frame *frame) {
-  double energy = frame->kinetic + frame->bending + frame->twisting;
+  double energy = frame->kinetic + frame->bending + frame->twisting + frame->stretching;
   if (energy > r->largest_energy) r->largest_energy = energy;
 }
 

@@ -76,7 +76,10 @@ typedef enum hb_location { HB_ON_VERTEX, HB_ON_EDGE } hb_location;
   F(internal_force, 3, HB_ON_EDGE, "force", "force of what follows the edge on what comes before it")        \
   F(internal_moment, 3, HB_ON_VERTEX, "force*length",                                                        \
     "moment of what follows on what comes before; elastic")                                                  \
-  F(bending_moment, 1, HB_ON_VERTEX, "force*length", "size of the internal moment across the rod")
+  F(bending_moment, 1, HB_ON_VERTEX, "force*length", "size of the internal moment across the rod")           \
+  F(strain, 1, HB_ON_EDGE, "1",                                                                              \
+    "length over the rest length, less 1; of inextensible rods what is left of it")                          \
+  F(energy_stretching, 1, HB_ON_EDGE, "energy", "stretching energy of the edge; 0 in inextensible rods")
 
 /* Numbers of the fields, HB_FIELD_position ..., and their bits in sets of fields. */
 typedef enum hb_field_number {
@@ -109,9 +112,10 @@ typedef struct hb_frame {
   uint64_t fields; /* those whose arrays were measured; the others hold what was there before */
   double time;
   long step;
-  double kinetic, bending, twisting, gravity;   /* energies; gravity only for constant uniform fields */
+  double kinetic, bending, twisting, stretching, gravity; /* energies; gravity for constant uniform fields */
   double work_loads, work_supports, dissipated; /* totals since the start; work_loads includes gravity */
-  double balance; /* kinetic+bending+twisting now - at start - work + dissipated: the scheme's error */
+  double balance; /* kinetic+bending+twisting+stretching now - at start - work + dissipated: the scheme's
+                     error */
   double momentum[3], angular_momentum[3];
   double length_error, worst_length_error;
 #define HB_DECLARE(name, components, location, unit, text) double *name;
@@ -166,6 +170,8 @@ bool hb_link_defined(const hb_model *model, int rod);
 hb_status hb_frame_link(const hb_model *model, const hb_frame *frame, int rod, hb_link *out, hb_error *err);
 /* The rod's own totals: kinetic, bending, twisting. */
 void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
+double hb_frame_rod_stretching(const hb_model *model, const hb_frame *frame,
+                               int rod); /* the same of stretching */
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/* hebra/trace.h - branches of equilibria over a parameter (docs/theory, 14). */
+/* hebra/trace.h - branches of equilibria over a parameter (docs/theory, 16). */
 #ifndef HEBRA_TRACE_H
 #define HEBRA_TRACE_H
 

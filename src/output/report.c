@@ -53,8 +53,10 @@ static void energies(hb_json *json, const char *key, const hb_frame *frame) {
   hb_json_number(json, "kinetic", frame->kinetic);
   hb_json_number(json, "bending", frame->bending);
   hb_json_number(json, "twisting", frame->twisting);
+  hb_json_number(json, "stretching", frame->stretching);
   hb_json_number(json, "gravity", frame->gravity);
-  hb_json_number(json, "sum_without_gravity", frame->kinetic + frame->bending + frame->twisting);
+  hb_json_number(json, "sum_without_gravity",
+                 frame->kinetic + frame->bending + frame->twisting + frame->stretching);
   hb_json_object_end(json);
 }
 
@@ -96,7 +98,8 @@ static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
 }
 
 /* All rods. */
-static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *frame, hb_error *err) {
+static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *start, const hb_frame *frame,
+                      hb_error *err) {
   hb_status status = HB_OK;
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
@@ -117,9 +120,11 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_number(json, "kinetic", energy[0]);
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
+    hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     rod_twist(json, rod, frame);
     hb_report_supports(json, model, rod, frame);
-    if (!status) status = hb_report_link(json, model, rod, frame, err);
+    if (!status) status = hb_report_link(json, "link_start", model, rod, start, err);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
@@ -198,8 +203,8 @@ static double negligible_energy(const hb_model *model) {
 /* The largest energy or work that the balance can be compared with. */
 static double books_scale(const hb_model *model, const hb_frame *start, const hb_frame *end,
                           double largest_energy) {
-  double before = start->kinetic + start->bending + start->twisting;
-  double after = end->kinetic + end->bending + end->twisting;
+  double before = start->kinetic + start->bending + start->twisting + start->stretching;
+  double after = end->kinetic + end->bending + end->twisting + end->stretching;
   double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
   return fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
 }
@@ -224,7 +229,7 @@ bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const
 /* Everything that came in and went out; what is left over is the scheme's. */
 void hb_report_books(const hb_model *model, const hb_frame *start, const hb_frame *end, double largest_energy,
                      char text[HB_REPORT_SENTENCE]) {
-  double stored = end->bending + end->twisting;
+  double stored = end->bending + end->twisting + end->stretching;
   double before =
       end->kinetic + stored - end->work_loads - end->work_supports + end->dissipated - end->balance;
   double scale = books_scale(model, start, end, largest_energy);
@@ -279,7 +284,7 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   scene(&json, model);
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
   balance(&json, start, end, books_scale(model, start, end, facts->largest_energy));
-  status = rods(&json, model, end, err);
+  status = rods(&json, model, start, end, err);
   links(&json, facts);
   cost(&json, sim, facts);
   warnings(&json, sim, start, end, facts->largest_energy);

@@ -50,6 +50,7 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_number(json, "length", rod->length);
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
+    hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     hb_json_number(json, "total_twist", twist);
     range(json, "twisting_moment_least", "twisting_moment_most", frame->twisting_moment, rod->first + 1,
           behind);
@@ -57,7 +58,7 @@ static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *fram
     hb_json_vector(json, "first_vertex", frame->position + 3 * rod->first, 3);
     hb_json_vector(json, "last_vertex", frame->position + 3 * last, 3);
     hb_report_supports(json, model, rod, frame);
-    if (!status) status = hb_report_link(json, model, rod, frame, err);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
@@ -79,6 +80,7 @@ hb_status hb_report_equilibrium(const char *path, const hb_model *model, const h
   hb_json_object(&json, "energy");
   hb_json_number(&json, "bending", frame->bending);
   hb_json_number(&json, "twisting", frame->twisting);
+  hb_json_number(&json, "stretching", frame->stretching);
   hb_json_number(&json, "gravity", frame->gravity);
   hb_json_object_end(&json);
   hb_json_number(&json, "length_error", frame->length_error);

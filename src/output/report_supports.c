@@ -85,17 +85,18 @@ void hb_report_supports(hb_json *json, const hb_model *model, const hb_rod *rod,
 }
 
 /* Twist, writhe, link. */
-hb_status hb_report_link(hb_json *json, const hb_model *model, const hb_rod *rod, const hb_frame *frame,
-                         hb_error *err) {
+hb_status hb_report_link(hb_json *json, const char *key, const hb_model *model, const hb_rod *rod,
+                         const hb_frame *frame, hb_error *err) {
   hb_link link;
   if (!hb_link_defined(model, rod->index) || rod->nv > LINK_VERTICES) return HB_OK;
   hb_status status = hb_frame_link(model, frame, rod->index, &link, err);
   if (status) return status;
-  hb_json_object(json, "link");
+  hb_json_object(json, key);
+  hb_json_number(json, "linking_number", link.twist + link.writhe);
   hb_json_number(json, "twist", link.twist);
   hb_json_number(json, "writhe", link.writhe);
   hb_json_number(json, "closing", link.closing);
-  hb_json_number(json, "link", link.link);
+  hb_json_number(json, "whole", link.link);
   hb_json_number(json, "error", link.error);
   hb_json_object_end(json);
   return HB_OK;

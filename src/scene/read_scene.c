@@ -89,11 +89,8 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   m->precision = precision == 1 ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
   if (m->precision == HB_PRECISION_SINGLE) m->length_tolerance = 1e-5;
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
-  const hb_node *error = hb_node_find(node, "error_tolerance");
-  if (!status) status = hb_scene_number(r, error, HB_RULE_POSITIVE, &m->error_tolerance);
-  if (!status && error && choice < 2)
-    status =
-        hb_scene_fail_key(r, error, "only the integrators implicit and backward-euler control their error");
+  if (!status)
+    status = hb_scene_number(r, hb_node_find(node, "error_tolerance"), HB_RULE_POSITIVE, &m->error_tolerance);
   if (!status)
     status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
   if (!status)

@@ -29,6 +29,7 @@ static int close_path(const hb_rod *rod, const double *x, double *points) {
   hb_v3 t1 = hb_v3_unit(hb_v3_sub(b, hb_v3_load(last - 3)));
   double reach = OUT * rod->length;
   memcpy(points, first, 3 * (size_t)nv * sizeof *points);
+  if (rod->closed) return nv - 1;
   hb_v3_store(points + 3 * (size_t)nv++, hb_v3_axpy(b, reach, t1));
   if (hb_v3_dot(t0, t1) >= 0) { /* the way straight back would cross the rod */
     hb_v3 along = hb_v3_add(t0, t1), aside = {0, 0, 0};

@@ -24,6 +24,12 @@ static double first_angle(const hb_measure *probe, const hb_rod *rod, const doub
                           expected);
 }
 
+/* (kappa b) between unit tangents. */
+static hb_v3 binormal(hb_v3 t, hb_v3 n) {
+  double chi = 1 + hb_v3_dot(t, n);
+  return hb_v3_scale(2 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT), hb_v3_cross(t, n));
+}
+
 /* Tangents, binormals (kappa b), and the largest length error of the rod. */
 static double measure_edges(hb_measure *probe, const hb_rod *rod) {
   const double *p = probe->state->x + 3 * (size_t)rod->first;
@@ -35,23 +41,34 @@ static double measure_edges(hb_measure *probe, const hb_rod *rod) {
     hb_v3 e = {p[3] - p[0], p[4] - p[1], p[5] - p[2]};
     double length = hb_v3_norm(e), inv = 1 / length, off = fabs(length * rest[j] - 1);
     hb_v3 t = hb_v3_scale(inv, e);
-    double chi = 1 + hb_v3_dot(before, t);
     worst = off > worst ? off : worst;
     w->inv_length[j] = inv;
     hb_v3_store(w->tangent + 3 * j, t);
-    hb_v3_store(probe->kb + 3 * j,
-                hb_v3_scale(2 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT), hb_v3_cross(before, t)));
+    hb_v3_store(probe->kb + 3 * j, binormal(before, t));
     before = t;
   }
   if (rod->closed) { /* behind the last edge comes the first */
-    int last = rod->nv - 1;
-    hb_v3 t = hb_v3_load(w->tangent);
-    w->inv_length[last] = w->inv_length[0];
-    hb_v3_store(w->tangent + 3 * last, t);
-    hb_v3_store(probe->kb + 3 * last,
-                hb_v3_scale(2 / fmax(1 + hb_v3_dot(before, t), HB_FOLD_LIMIT), hb_v3_cross(before, t)));
+    w->inv_length[rod->nv - 1] = w->inv_length[0];
+    memcpy(w->tangent + 3 * (rod->nv - 1), w->tangent, 3 * sizeof(double));
+    hb_v3_store(probe->kb + 3 * (rod->nv - 1), binormal(before, hb_v3_load(w->tangent)));
   }
-  return worst;
+  return rod->extensible ? 0 : worst;
+}
+
+/* Strains and stretching energies; returns the sum of the energies. */
+static double measure_stretching(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
+  const uint64_t wanted = probe->fields;
+  double sum = 0;
+  if (!rod->extensible && !(wanted & (HB_FIELD_BIT(strain) | HB_FIELD_BIT(energy_stretching)))) return 0;
+  for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
+    const hb_model *m = probe->model;
+    double strain = hb_stretch_strain(m, k, probe->rod_work->inv_length[k - rod->first]);
+    double energy = 0.5 * m->stretching[k] * strain * strain * m->rest_length[k];
+    sum += energy;
+    if (wanted & HB_FIELD_BIT(strain)) out->strain[k] = strain;
+    if (wanted & HB_FIELD_BIT(energy_stretching)) out->energy_stretching[k] = energy;
+  }
+  return sum;
 }
 
 /* Material directors of all edges; those of closed-form rods are walked only where somebody looks. */
@@ -235,7 +252,8 @@ static void begin(const hb_measure *probe, hb_frame *frame) {
   frame->fields = probe->fields;
   frame->time = state->scalar[HB_S_TIME];
   frame->step = (long)state->scalar[HB_S_STEP];
-  frame->kinetic = frame->bending = frame->twisting = frame->gravity = frame->length_error = 0;
+  frame->kinetic = frame->bending = frame->twisting = frame->stretching = frame->gravity = 0;
+  frame->length_error = 0;
   memset(frame->momentum, 0, sizeof frame->momentum);
   memset(frame->angular_momentum, 0, sizeof frame->angular_momentum);
   if (probe->fields & (HB_FIELD_BIT(position) | HB_FIELD_BIT(internal_force)))
@@ -255,6 +273,7 @@ void hb_measure_state(hb_measure *probe, const hb_state *state, hb_frame *frame)
     find_directors(probe, rod);
     frame->bending += measure_bending(probe, rod, frame);
     frame->twisting += measure_twist(probe, rod, frame);
+    frame->stretching += measure_stretching(probe, rod, frame);
     measure_frames(probe, rod, frame);
     measure_curvature(probe, rod, frame);
     measure_torsion(probe, rod, frame);
@@ -267,8 +286,9 @@ void hb_measure_state(hb_measure *probe, const hb_state *state, hb_frame *frame)
   frame->work_supports = scalar[HB_S_WORK_SUPPORTS];
   frame->dissipated = scalar[HB_S_DISSIPATED];
   frame->worst_length_error = fmax(frame->length_error, scalar[HB_S_WORST_LENGTH]);
-  frame->balance = frame->kinetic + frame->bending + frame->twisting - scalar[HB_S_ENERGY_START] -
-                   frame->work_loads - frame->work_supports + frame->dissipated;
+  double energy = frame->kinetic + frame->bending + frame->twisting + frame->stretching;
+  frame->balance =
+      energy - scalar[HB_S_ENERGY_START] - frame->work_loads - frame->work_supports + frame->dissipated;
 }
 
 /* The simulation lends its workspaces. */

@@ -32,6 +32,13 @@ static void reaction_at(const hb_measure *probe, int k, const double constraint[
                                                     probe->state->force[3 * k + c] - constraint[c];
 }
 
+/* Tension of an edge that is a spring; 0 where its length is kept. */
+double hb_measure_spring(const hb_model *model, int k, const double *x) {
+  if (!(model->stretching[k] > 0)) return 0;
+  double length = hb_v3_norm(hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k)));
+  return model->stretching[k] * (length * model->inv_rest_length[k] - 1);
+}
+
 /* Tension of every edge at this instant and what supports must give. */
 static void measure_tension(hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   const hb_model *m = probe->model;
@@ -48,7 +55,8 @@ static void measure_tension(hb_measure *probe, const hb_rod *rod, hb_frame *out)
     if (j + 1 < rod->nv) {
       hb_v3 e = hb_v3_sub(hb_v3_load(state->x + 3 * k + 3), hb_v3_load(state->x + 3 * k));
       pull = hb_v3_scale(lambda[j] * 2 * m->inv_rest_length[k], e);
-      out->tension[k] = lambda[j] * 2 * m->inv_rest_length[k] * hb_v3_norm(e);
+      out->tension[k] =
+          lambda[j] * 2 * m->inv_rest_length[k] * hb_v3_norm(e) + hb_measure_spring(m, k, state->x);
     }
     double constraint[3];
     hb_v3_store(constraint, hb_v3_sub(pull, before));

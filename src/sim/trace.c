@@ -1,4 +1,4 @@
-/* Branches of equilibria: the first one, then those that cross it (docs/theory, 14). */
+/* Branches of equilibria: the first one, then those that cross it (docs/theory, 16). */
 #include "sim/trace.h"
 
 #include "base/memory.h"

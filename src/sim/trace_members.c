@@ -1,4 +1,4 @@
-/* Rods that differ in the value of one parameter (docs/theory, 14.1). */
+/* Rods that differ in the value of one parameter (docs/theory, 16.1). */
 #include "sim/trace.h"
 
 #include "base/memory.h"

@@ -1,4 +1,4 @@
-/* One branch from point to point (docs/theory, 14.4 and 14.6). */
+/* One branch from point to point (docs/theory, 16.4 and 16.6). */
 #include "sim/trace.h"
 
 #include "base/memory.h"

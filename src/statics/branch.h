@@ -1,4 +1,4 @@
-/* Branches of equilibria of one rod over a parameter (docs/theory, chapter on branches). */
+/* Branches of equilibria of one rod over a parameter (docs/theory, 16). */
 #ifndef HB_STATICS_BRANCH_H
 #define HB_STATICS_BRANCH_H
 

@@ -1,5 +1,5 @@
 /* One more unknown, the parameter, and one more equation, which picks a point of the branch
- * (docs/theory, 14.2 and 14.3). */
+ * (docs/theory, 16.2 and 16.3). */
 #include "statics/branch.h"
 
 #include "math/vec3.h"

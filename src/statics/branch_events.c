@@ -1,4 +1,4 @@
-/* Folds and bifurcations between two points of a branch, to round-off (docs/theory, 14.6). */
+/* Folds and bifurcations between two points of a branch, to round-off (docs/theory, 16.6). */
 #include "statics/branch.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The softest modes of an equilibrium, and those that cost nothing because the rod moves as a whole
- * (docs/theory, 14.5). */
+ * (docs/theory, 16.5). */
 #include "statics/branch.h"
 
 #include "math/vec3.h"

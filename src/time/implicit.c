@@ -90,11 +90,6 @@ hb_status hb_stepper_use_implicit(hb_stepper *s, hb_error *err) {
   const hb_model *m = s->model;
   int longest = 0, threads = useful_threads(m);
   for (int r = 0; r < m->rod_count; r++)
-    if (m->rods[r].closed)
-      return hb_fail(err, HB_ERR_INPUT,
-                     "rod %s: implicit schemes do not step closed rods; verlet and symplectic-euler do",
-                     m->rods[r].name);
-  for (int r = 0; r < m->rod_count; r++)
     if (m->rods[r].nv > longest) longest = m->rods[r].nv;
   hb_implicit *im = s->implicit = hb_alloc(1, sizeof *im);
   if (!im) return hb_fail_memory(err, "workspace of the implicit scheme");

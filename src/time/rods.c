@@ -41,7 +41,7 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   const char *scheme = m->def->method.integrator;
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
-  if (rod->closed) return false; /* they go the plain way */
+  if (rod->closed || rod->extensible) return false; /* they go the plain way */
   if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
   if (m->def->method.precision == HB_PRECISION_SINGLE && !fits_floats(m, rod)) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)

@@ -69,9 +69,9 @@ static void advance(running *r, long steps) {
 /* The gallery: frames as the run would write them, from the beginning, within a budget of pairs of edges. */
 static void gallery(void **state) {
   (void)state;
-  static const char *const rooms[] = {"", "statics/"};
+  static const char *const rooms[] = {"", "statics/", "rings/"};
   int scenes = 0;
-  for (int room = 0; room < 2; room++) {
+  for (int room = 0; room < 3; room++) {
     char path[600];
     snprintf(path, sizeof path, "%s/scenes/%s", HEBRA_SOURCE_DIR, rooms[room]);
     DIR *directory = opendir(path);
