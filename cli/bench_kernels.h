@@ -1,7 +1,7 @@
 /* Loops that do nothing but arithmetic or memory traffic, for one number type and vector width. bench_peak.c
- * includes this file once for each: KERNEL(name)   makes the names REAL, BYTES    the type, and the bytes of
- * a vector of it TARGET         attributes of the functions: the instruction set It has no guard for that
- * reason. */
+ * includes this file once for each, so it has no guard; it takes KERNEL(name), which makes the names, REAL,
+ * the number type, BYTES, those of a vector, and TARGET, the attributes that choose the instructions, and
+ * undefines them at its end. */
 
 typedef REAL KERNEL(vec) __attribute__((vector_size(BYTES)));
 
@@ -55,3 +55,8 @@ TARGET static double KERNEL(triad)(long rounds, size_t bytes, void *x, const voi
   return (double)to[0][0];
 }
 #endif
+
+#undef KERNEL
+#undef REAL
+#undef BYTES
+#undef TARGET

@@ -23,29 +23,17 @@
 #define BYTES 16
 #define TARGET
 #include "cli/bench_kernels.h"
-#undef KERNEL
-#undef REAL
-#undef BYTES
-#undef TARGET
 #if defined(__x86_64__)
 #define KERNEL(name) avx2_##name
 #define REAL double
 #define BYTES 32
 #define TARGET __attribute__((target("avx2,fma")))
 #include "cli/bench_kernels.h"
-#undef KERNEL
-#undef REAL
-#undef BYTES
-#undef TARGET
 #define KERNEL(name) avx512_##name
 #define REAL double
 #define BYTES 64
 #define TARGET __attribute__((target("avx512f")))
 #include "cli/bench_kernels.h"
-#undef KERNEL
-#undef REAL
-#undef BYTES
-#undef TARGET
 #endif
 #undef WITH_TRIAD
 
@@ -55,29 +43,17 @@
 #define BYTES 16
 #define TARGET
 #include "cli/bench_kernels.h"
-#undef KERNEL
-#undef REAL
-#undef BYTES
-#undef TARGET
 #if defined(__x86_64__)
 #define KERNEL(name) avx2_single_##name
 #define REAL float
 #define BYTES 32
 #define TARGET __attribute__((target("avx2,fma")))
 #include "cli/bench_kernels.h"
-#undef KERNEL
-#undef REAL
-#undef BYTES
-#undef TARGET
 #define KERNEL(name) avx512_single_##name
 #define REAL float
 #define BYTES 64
 #define TARGET __attribute__((target("avx512f")))
 #include "cli/bench_kernels.h"
-#undef KERNEL
-#undef REAL
-#undef BYTES
-#undef TARGET
 #endif
 
 typedef double arithmetic(long rounds, double factor, double term);

@@ -125,7 +125,8 @@ void cli_cast_show(cli_cast *cast, const double *xyz, const double *m1) {
 /* Positions and directors of one frame. */
 hb_status cli_cast_read(cli_cast *cast, hb_reader *reader, long frame, hb_error *err) {
   hb_status status = hb_reader_field(reader, "position", frame, cast->xyz, err);
-  if (status == HB_OK) status = hb_reader_field(reader, "m1", frame, cast->m1, err);
-  if (status == HB_OK) cli_cast_show(cast, cast->xyz, cast->m1);
+  bool directors = hb_reader_fields(reader) & HB_FIELD_BIT(m1);
+  if (status == HB_OK && directors) status = hb_reader_field(reader, "m1", frame, cast->m1, err);
+  if (status == HB_OK) cli_cast_show(cast, cast->xyz, directors ? cast->m1 : NULL);
   return status;
 }

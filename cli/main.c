@@ -6,8 +6,9 @@
 #include <string.h>
 
 /* All verbs, in the order of `hebra --help`. */
-static const cli_verb *const verbs[] = {&cli_verb_run,    &cli_verb_solve,  &cli_verb_check, &cli_verb_info,
-                                        &cli_verb_export, &cli_verb_render, &cli_verb_plot,  &cli_verb_bench};
+static const cli_verb *const verbs[] = {&cli_verb_run,   &cli_verb_solve, &cli_verb_trace,   &cli_verb_modes,
+                                        &cli_verb_check, &cli_verb_info,  &cli_verb_export,  &cli_verb_render,
+                                        &cli_verb_plot,  &cli_verb_bench, &cli_verb_validate};
 enum { VERB_COUNT = sizeof verbs / sizeof verbs[0], LONGEST_WORD = 32 };
 
 /* The text of `hebra --help`. */

@@ -1,5 +1,6 @@
 /* hebra plot: curves of a trajectory, as PNG or SVG. */
 #include "cli/chart.h"
+#include "cli/diagram.h"
 #include "cli/picture.h"
 
 #include "base/memory.h"
@@ -212,6 +213,7 @@ static hb_status plot(const request *r, cli_chart *c, hb_error *err) {
 static int plot_verb(int argc, char **argv) {
   request r;
   hb_error err = {HB_OK, ""};
+  if (cli_wants_diagram(argc, argv)) return cli_draw_diagram(argc, argv);
   int result = parse(argc, argv, &r);
   if (result >= 0) return result;
   cli_chart *c = hb_alloc(1, sizeof *c);
@@ -240,6 +242,11 @@ const cli_verb cli_verb_plot = {
     "  --frames A,B,...    frames drawn along the rod, at most 12; -1 is the last; default: five of them\n"
     "  --rod NAME          rod drawn along its length, by name or number; default: the first\n"
     "  --size WxH          size in pixels; default: from the number of charts\n\n"
-    "Example:\n"
+    "usage: hebra plot BRANCHES.csv [--x NAME] [--y NAME] [--shapes N] [-o NAME] [--size WxH]\n\n"
+    "Draws the diagram of a hebra trace with pictures of shapes beside it.\n\n"
+    "  --x NAME, --y NAME  columns of the table; default parameter, amplitude\n"
+    "  --shapes N          shapes beside the diagram, 0 to 12; default 6\n\n"
+    "Examples:\n"
+    "  hebra plot out/euler-trace/branches.csv --y end_x -o euler.png\n"
     "  hebra plot out/trajectory.h5 --what energies,length -o energies.svg\n",
     plot_verb};

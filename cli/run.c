@@ -1,13 +1,17 @@
 /* hebra run: simulate a scene, or go on from a checkpoint. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "base/threads.h"
 #include "cli/advice.h"
 #include "cli/cli.h"
+#include "cli/links.h"
 #include "cli/progress.h"
 #include "cli/watch.h"
+#include "output/file.h"
 #include "output/report.h"
 
 #include <errno.h>
+#include <float.h>
 #include <getopt.h>
 #include <limits.h>
 #include <signal.h>
@@ -23,13 +27,11 @@
 #define SIGNAL_STEPS 64
 #define TIMED_STEPS 16
 #define MOST_NOTES 20
-#define MOST_THREADS 1024
 
 /* The arguments. */
 typedef struct options {
   const char *scene, *restart, *directory, *watch;
-  const char *overrides[64];
-  int override_count;
+  cli_overrides set;
   double speed;
   int threads; /* 0: not given */
   bool quiet, json;
@@ -48,24 +50,11 @@ typedef struct run {
   hb_recorder *recorder; /* between its creation and finish, writer and frame are its own */
   cli_watch *watch;
   cli_progress progress;
+  cli_links links; /* if the scene asks for them */
   long frames;
   double largest_energy; /* in any frame so far */
+  double stepping;       /* seconds of processor of the thread that steps */
 } run;
-
-/* A number above 0. */
-static bool above_zero(const char *text, double *out) {
-  char *end;
-  *out = strtod(text, &end);
-  return !*end && end != text && *out > 0;
-}
-
-/* A number of threads. */
-static bool read_threads(const char *text, int *out) {
-  size_t n = strlen(text);
-  if (n < 1 || n > 4 || strspn(text, "0123456789") != n) return false;
-  *out = atoi(text);
-  return *out >= 1 && *out <= MOST_THREADS;
-}
 
 /* Parses argv; an exit status, or -1 to go on. */
 static int parse(int argc, char **argv, options *opt) {
@@ -84,19 +73,18 @@ static int parse(int argc, char **argv, options *opt) {
     switch (c) {
     case 'o': opt->directory = optarg; break;
     case 's':
-      if (opt->override_count == 64) return cli_usage(&cli_verb_run, "more than 64 --set are too many");
-      opt->overrides[opt->override_count++] = optarg;
+      if (cli_override(&cli_verb_run, &opt->set, optarg) >= 0) return CLI_BAD_INPUT;
       break;
     case 'r': opt->restart = optarg; break;
     case 'w': opt->watch = optarg ? optarg : "terminal"; break;
     case 'p':
-      if (!above_zero(optarg, &opt->speed))
+      if (!cli_number(optarg, DBL_MIN, &opt->speed))
         return cli_usage(&cli_verb_run, "--speed \"%s\" is not a number above 0", optarg);
       break;
     case 't':
-      if (!read_threads(optarg, &opt->threads))
+      if (!cli_whole(optarg, HB_THREADS_MAX, &opt->threads))
         return cli_usage(&cli_verb_run, "--threads \"%s\" is not a whole number from 1 to %d", optarg,
-                         MOST_THREADS);
+                         HB_THREADS_MAX);
       break;
     case 'q': opt->quiet = true; break;
     case 'j': opt->json = true; break;
@@ -109,49 +97,31 @@ static int parse(int argc, char **argv, options *opt) {
     return cli_usage(&cli_verb_run, "\"%s\": only one scene can be run at a time", argv[optind]);
   if (!opt->scene == !opt->restart)
     return cli_usage(&cli_verb_run, "give either a scene file or --restart with a checkpoint");
-  for (int k = 0; opt->restart && k < opt->override_count; k++)
-    if (strncmp(opt->overrides[k], "method.duration=", strlen("method.duration=")) != 0)
+  for (int k = 0; opt->restart && k < opt->set.count; k++)
+    if (strncmp(opt->set.items[k], "method.duration=", strlen("method.duration=")) != 0)
       return cli_usage(
           &cli_verb_run,
           "--restart goes on with the scene as it was; --set %s cannot change it, only method.duration can "
           "be set to make the run longer",
-          opt->overrides[k]);
+          opt->set.items[k]);
   return -1;
 }
 
 /* Directory of results: as asked for, beside the checkpoint, or out/NAME after the scene file. */
 static hb_status choose_directory(run *r, hb_error *err) {
-  const char *source = r->opt.scene ? r->opt.scene : r->opt.restart;
-  const char *slash = strrchr(source, '/'), *name = slash ? slash + 1 : source, *dot = strrchr(name, '.');
-  int stem = dot && dot > name ? (int)(dot - name) : (int)strlen(name), length;
-  if (r->opt.directory)
-    length = snprintf(r->directory, sizeof r->directory, "%s", r->opt.directory);
-  else if (r->opt.scene)
-    length = snprintf(r->directory, sizeof r->directory, "out/%.*s", stem, name);
-  else
-    length = snprintf(r->directory, sizeof r->directory, "%.*s", slash ? (int)(slash - source) : 1,
-                      slash ? source : ".");
-  if (length >= (int)sizeof r->directory || length < 1)
-    return hb_fail(err, HB_ERR_INPUT, "the name of the output directory is empty or too long");
+  const char *asked = r->opt.directory, *scene = r->opt.scene ? r->opt.scene : r->opt.restart;
+  char beside[PATH_MAX];
+  if (!asked && !r->opt.scene) {
+    const char *slash = strrchr(scene, '/');
+    snprintf(beside, sizeof beside, "%.*s", slash ? (int)(slash - scene) : 1, slash ? scene : ".");
+    asked = beside;
+  }
+  hb_status status = cli_directory(asked, scene, "", r->directory, sizeof r->directory, err);
+  if (status) return status;
   snprintf(r->trajectory, sizeof r->trajectory, "%s/trajectory.h5", r->directory);
   snprintf(r->checkpoint, sizeof r->checkpoint, "%s/checkpoint.hbc", r->directory);
   snprintf(r->report, sizeof r->report, "%s/report.json", r->directory);
   return HB_OK;
-}
-
-/* mkdir -p. */
-static hb_status make_directory(const char *path, hb_error *err) {
-  char part[PATH_MAX];
-  snprintf(part, sizeof part, "%s", path);
-  for (char *p = part + 1;; p++) {
-    if (*p != '/' && *p != 0) continue;
-    char kept = *p;
-    *p = 0;
-    if (mkdir(part, 0777) != 0 && errno != EEXIST)
-      return hb_fail(err, HB_ERR_IO, "%s: the directory cannot be made: %s", part, strerror(errno));
-    *p = kept;
-    if (!kept) return HB_OK;
-  }
 }
 
 /* A restarted scene still belongs to the directory of its scene file, not to that of the checkpoint. */
@@ -168,7 +138,7 @@ static hb_status keep_base(run *r, hb_error *err) {
 
 /* Scene from its file, or from inside a checkpoint. */
 static hb_status read_scene(run *r, hb_error *err) {
-  if (r->opt.scene) return hb_scene_read(r->opt.scene, r->opt.overrides, r->opt.override_count, &r->def, err);
+  if (r->opt.scene) return hb_scene_read(r->opt.scene, r->opt.set.items, r->opt.set.count, &r->def, err);
   struct stat about;
   if (stat(r->opt.restart, &about) == 0 && S_ISDIR(about.st_mode))
     return hb_fail(err, HB_ERR_INPUT,
@@ -179,7 +149,7 @@ static hb_status read_scene(run *r, hb_error *err) {
   if (!r->saved.source)
     return hb_fail(err, HB_ERR_INPUT, "%s: the checkpoint holds no scene to go on with", r->opt.restart);
   status = hb_scene_parse(r->saved.source, strlen(r->saved.source), r->opt.restart, r->saved.base_dir,
-                          r->opt.overrides, r->opt.override_count, &r->def, err);
+                          r->opt.set.items, r->opt.set.count, &r->def, err);
   if (status) return status;
   r->def.run = r->saved.run; /* also a longer run is still the same run */
   return keep_base(r, err);
@@ -208,7 +178,7 @@ static hb_status restore(run *r, hb_error *err) {
   if (status) return status;
   long done = hb_sim_steps(r->sim), total = hb_sim_total_steps(r->sim),
        regular = 1 + done / r->def.output.every;
-  if (r->opt.override_count > 0 && total < done)
+  if (r->opt.set.count > 0 && total < done)
     return hb_fail(err, HB_ERR_INPUT, "%s: the run is at t = %.9g already, so method.duration cannot be %.9g",
                    r->opt.restart, hb_sim_time(r->sim), r->def.method.duration);
   if (access(r->trajectory, F_OK) != 0)
@@ -224,7 +194,7 @@ static hb_status restore(run *r, hb_error *err) {
 
 /* Keeps the largest energy that a frame has shown. */
 static void note_energy(run *r, const hb_frame *frame) {
-  double energy = frame->kinetic + frame->bending + frame->twisting;
+  double energy = frame->kinetic + frame->bending + frame->twisting + frame->stretching;
   if (energy > r->largest_energy) r->largest_energy = energy;
 }
 
@@ -234,6 +204,7 @@ static void see_frame(void *context, const hb_frame *frame) {
   note_energy(r, frame);
   cli_progress_show(&r->progress, frame);
   if (r->watch) cli_watch_show(r->watch, frame);
+  if (r->links.model) cli_links_look(&r->links, frame);
 }
 
 /* A new trajectory takes the place of what another run left in the directory: the old checkpoint and report
@@ -254,14 +225,17 @@ static hb_status begin_files(run *r, long planned, hb_error *err) {
 /* From here on frames are written beside the run, if there is a processor for it. A run that is watched goes
  * no faster than what is shown. */
 static hb_status begin_recording(run *r, hb_error *err) {
-  hb_record_plan plan = {.writer = r->writer,
-                         .frame = r->frame,
-                         .frames = r->frames,
-                         .checkpoint = r->checkpoint,
-                         .checkpoint_seconds = r->def.output.checkpoint_seconds,
-                         .threaded = !r->watch && hb_processors() > 1,
-                         .seen = see_frame,
-                         .context = r};
+  hb_record_plan plan = {
+      .writer = r->writer,
+      .frame = r->frame,
+      .frames = r->frames,
+      .checkpoint = r->checkpoint,
+      .checkpoint_seconds = r->def.output.checkpoint_seconds,
+      .threaded = !r->watch && hb_processors() > 1,
+      .fields = (r->watch ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) : 0) |
+                (r->links.model ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) | HB_FIELD_BIT(twist) : 0),
+      .seen = see_frame,
+      .context = r};
   return hb_recorder_create(r->model, &plan, &r->recorder, err);
 }
 
@@ -271,6 +245,7 @@ static hb_status prepare(run *r, hb_error *err) {
   if (!status) status = read_scene(r, err);
   if (!status) r->def.method.lanes = cli_lanes();
   r->def.method.threads = r->opt.threads;
+  if (!r->def.output.fields) r->def.output.fields = hb_field_groups[1].fields; /* not said: standard */
   if (!status) status = hb_model_create(&r->def, &r->model, err);
   if (!status) status = hb_sim_create(r->model, &r->sim, err);
   if (!status) status = hb_frame_create(r->model, &r->start, err);
@@ -278,7 +253,7 @@ static hb_status prepare(run *r, hb_error *err) {
   if (status) return status;
   hb_sim_measure(r->sim, r->start);
   if (r->opt.restart) status = restore(r, err);
-  if (!status) status = make_directory(r->directory, err);
+  if (!status) status = hb_file_directory(r->directory, err);
   if (status) return status;
   long steps = hb_sim_total_steps(r->sim), every = r->def.output.every,
        planned = 1 + (steps + every - 1) / every;
@@ -291,6 +266,10 @@ static hb_status prepare(run *r, hb_error *err) {
     status = begin_files(r, planned, err);
   }
   if (!status && r->opt.watch) status = cli_watch_open(r->model, r->opt.watch, r->opt.speed, &r->watch, err);
+  if (!status && r->def.output.link) {
+    status = cli_links_begin(&r->links, r->model, err);
+    if (!status) cli_links_look(&r->links, r->frame);
+  }
   return status ? status : begin_recording(r, err);
 }
 
@@ -352,22 +331,20 @@ static hb_status step_through(run *r, hb_error *err) {
  * something else ended it. */
 static hb_status simulate(run *r, hb_error *err) {
   hb_error writing = {HB_OK, ""};
+  double begun = hb_clock_thread();
   hb_status status = step_through(r, err);
+  r->stepping = hb_clock_thread() - begun;
   if (hb_recorder_wait(r->recorder, &writing)) {
     *err = writing;
     status = writing.status;
   }
   r->frames = hb_recorder_frames(r->recorder);
+  hb_recorder_complete(r->recorder);
+  if (!status && r->links.status) {
+    *err = r->links.err;
+    status = r->links.status;
+  }
   return status;
-}
-
-/* Prints a file to stdout. */
-static void print_file(const char *path) {
-  char buffer[4096];
-  FILE *file = fopen(path, "rb");
-  if (!file) return;
-  for (size_t n; (n = fread(buffer, 1, sizeof buffer, file)) > 0;) fwrite(buffer, 1, n, stdout);
-  fclose(file);
 }
 
 /* Report, closing lines, exit status. */
@@ -380,7 +357,12 @@ static int finish(run *r, hb_status status, hb_error *err) {
   hb_status closing = hb_writer_close(r->writer, &later);
   r->writer = NULL;
   hb_report_facts facts = {.wall_seconds = cli_progress_seconds(&r->progress),
+                           .stepping_seconds = r->stepping,
+                           .writing_seconds = hb_recorder_seconds(r->recorder),
                            .peak_bytes = (size_t)usage.ru_maxrss * 1024,
+                           .link_frames = r->links.frames,
+                           .link_error = r->links.error,
+                           .link_jumps = r->links.jumps,
                            .stop_reason = status ? err->text : "finished",
                            .largest_energy = r->largest_energy};
   hb_status reporting =
@@ -389,10 +371,15 @@ static int finish(run *r, hb_status status, hb_error *err) {
     status = later.status;
     *err = later;
   }
-  if (r->opt.json) print_file(r->report);
+  if (r->opt.json) cli_print_file(r->report);
   if (!r->opt.quiet)
     fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
             cli_progress_seconds(&r->progress));
+  if (!r->opt.quiet && r->links.frames > 0)
+    fprintf(stderr, "link: twist + writhe closes to %.1e in %ld frames, jumped %ld times\n", r->links.error,
+            r->links.frames, r->links.jumps);
+  hb_report_books(r->model, r->start, r->frame, r->largest_energy, text);
+  if (!r->opt.quiet) fprintf(stderr, "%s\n", text);
   if (!r->opt.quiet && hb_report_books_warning(r->model, r->start, r->frame, r->largest_energy, text))
     fprintf(stderr, "warning: %s\n", text);
   if (!status) return CLI_DONE;
@@ -408,6 +395,7 @@ static int finish(run *r, hb_status status, hb_error *err) {
 static void release(run *r) {
   hb_recorder_free(r->recorder);
   if (r->watch) cli_watch_close(r->watch);
+  cli_links_free(&r->links);
   (void)hb_writer_close(r->writer, NULL);
   hb_frame_free(r->frame);
   hb_frame_free(r->start);

@@ -5,6 +5,7 @@
 #include "hebra/curve.h"
 #include "hebra/formula.h"
 #include "hebra/model.h"
+#include "hebra/modes.h"
 #include "hebra/output.h"
 #include "hebra/plug.h"
 #include "hebra/render.h"
@@ -12,4 +13,5 @@
 #include "hebra/sim.h"
 #include "hebra/state.h"
 #include "hebra/statics.h"
+#include "hebra/trace.h"
 #endif

@@ -2,8 +2,9 @@
  * tables compiled from them.
  *
  * Vertices count from 0 .. nv-1, edge j joins vertices j and j+1, interior vertices are 1 .. nv-2
- * (docs/theory). In the compiled model all rods lie one behind the other in one numbering of slots: vertex i
- * of a rod is slot first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
+ * (docs/theory). A closed rod lists its first vertex once more as its last: nv - 1 vertices and as many edges
+ * in truth. In the compiled model all rods lie one behind the other in one numbering of slots: vertex i of a
+ * rod is slot first + i, edge j is slot first + j (the last slot of a rod holds no edge). */
 #ifndef HEBRA_MODEL_H
 #define HEBRA_MODEL_H
 
@@ -44,10 +45,21 @@ typedef struct hb_support_def {
   int line, column;  /* place in the scene file, 0 if none */
 } hb_support_def;
 
+/* How the two ends of a rod are joined, in the initial shape (docs/theory, 12). */
+typedef enum hb_closing {
+  HB_CLOSING_NONE,  /* an open rod */
+  HB_CLOSING_TURNS, /* as little twist as makes the material frame meet itself, and so many turns more */
+  HB_CLOSING_TWIST, /* so much twist in all, radians */
+  HB_CLOSING_LINK   /* so much twist that the linking number is this */
+} hb_closing;
+
 /* One rod. Arrays have nv entries per vertex, nv-1 per edge. */
 typedef struct hb_rod_def {
   char *name;
-  int nv;       /* >= 3 */
+  int nv; /* >= 3; of a closed rod >= 4, since its first vertex is the last once more (in the initial shape;
+             the rest shape may be open, the vertex of the joint then has the mean of what its neighbours
+             have at rest). What belongs to that vertex (mass, moduli) is the mean of both entries, the mass
+             their sum */
   double *rest; /* 3 nv: rest shape; gives rest lengths, rest curvature, and (with rest_m1) natural twist */
   double *rest_m1; /* 3 (nv-1) first directors on the rest shape, projected and normalised; NULL: Bishop frame
                       of the rest shape, turned by natural_twist */
@@ -57,13 +69,16 @@ typedef struct hb_rod_def {
   double *mass;          /* nv: > 0 */
   double *B;             /* 3 (nv-1): B11, B12, B22 of edge j in its material frame; positive semi-definite */
   double *beta;          /* nv: twisting modulus at interior vertices, >= 0 */
+  double *stretching;    /* nv-1: E A of edge j, > 0; NULL: the rod is inextensible */
   double *viscosity;     /* nv-1: bending-rate viscosity, same unit as B times time; NULL: 0 */
   double mass_damping;   /* 1/time: force -c m v */
   double first_director[3];  /* m1 of the first edge in the initial shape (projected); 0,0,0: chosen by the
                                 library */
   bool straight_rest;        /* rest curvature taken as zero whatever `rest` is: only its lengths count */
   bool lengths_from_initial; /* rest lengths = edge lengths of the initial shape */
-  double radius;             /* for drawing and for drag on a thickness, > 0 */
+  hb_closing closing;
+  double closing_value; /* turns, radians or linking number */
+  double radius;        /* for drawing and for drag on a thickness, > 0 */
   hb_support_def *supports;
   int support_count;
   int line, column;
@@ -109,12 +124,14 @@ typedef enum hb_precision {
 } hb_precision;
 
 typedef struct hb_method_def {
-  char *integrator;        /* "symplectic-euler" or "verlet" */
+  char *integrator;        /* "symplectic-euler", "verlet", "implicit" or "backward-euler" */
   double time_step;        /* > 0 */
   double duration;         /* >= 0 */
   double length_tolerance; /* default 1e-10 (a scene file with precision single: 1e-5) */
   hb_length_tolerance_kind length_tolerance_kind;
-  int max_projections;      /* iterations before giving up, default 100 */
+  double error_tolerance; /* implicit schemes: largest error of a position per piece of a step, over the rod's
+                             length; default 0: steps are taken whole */
+  int max_projections;    /* iterations before giving up, default 100 */
   int max_twist_iterations; /* default 100 */
   hb_lane_choice lanes;     /* no key of a scene: the program's to choose */
   hb_precision precision;   /* default double */
@@ -122,10 +139,25 @@ typedef struct hb_method_def {
   int line, column;
 } hb_method_def;
 
+/* Is it one of the schemes that are stable at any step? */
+bool hb_method_is_implicit(const hb_method_def *method);
+
 typedef struct hb_output_def {
   int every;                 /* steps between frames, >= 1 */
   double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
+  uint64_t fields;           /* HB_FIELD_BIT of those that the trajectory holds; 0: not said */
+  bool single;               /* fields in the trajectory are floats */
+  bool link;                 /* look at the link of every rod that has one in every frame */
 } hb_output_def;
+
+/* A branch of equilibria over a parameter (hebra/trace.h). */
+typedef struct hb_trace_def {
+  char *parameter;      /* its name, or "t"; NULL: the scene asks for no branch */
+  double from, to;      /* different */
+  double step;          /* longest step, > 0, <= 1 */
+  int points, branches; /* at most */
+  int line, column;
+} hb_trace_def;
 
 /* A whole scene. */
 typedef struct hb_scene_def {
@@ -139,6 +171,7 @@ typedef struct hb_scene_def {
   int force_count;
   hb_method_def method;
   hb_output_def output;
+  hb_trace_def trace;
   uint64_t run; /* number of the run that goes on here (hb_checkpoint.run); 0: a new run */
 } hb_scene_def;
 
@@ -164,19 +197,24 @@ void hb_scene_def_free(hb_scene_def *def); /* frees everything inside, also form
 typedef struct hb_rod {
   const char *name;
   int index, first, nv;
+  bool closed;      /* vertex nv - 1 is vertex 0: each of the two slots holds half of it */
+  int last_joint;   /* vertices 1 .. last_joint bend and twist: nv - 2, of a closed rod nv - 1 */
   bool closed_form; /* isotropic, straight at rest, no viscosity: twist in closed form */
+  bool extensible;  /* edges are springs; no constraint keeps their lengths */
   bool twist_free;  /* closed_form and no span has both ends held: no twisting moment ever */
   double length;    /* rest length */
   int first_span, span_count;
   int first_frame, frame_count;       /* its entries in frames, in order of edges */
   int first_position, position_count; /* its entries in positions, bases before what hangs on them */
+  int first_force, force_count;       /* its entries in rod_forces */
 } hb_rod;
 
-/* A stretch of a rod between neighbouring edges whose material frame is prescribed, or a rod's end. */
+/* A stretch of a rod between neighbouring edges whose material frame is prescribed, or a rod's end. That of a
+ * closed rod leads once around it: its last edge, in the slot behind all edges, is the first. */
 typedef struct hb_span {
   int rod;
   int first_edge, last_edge;   /* slots; the span's interior vertices are first_edge+1 .. last_edge */
-  int first_frame, last_frame; /* index into frames, or -1: stress-free end */
+  int first_frame, last_frame; /* index into frames, or -1: stress-free end, or joined to the other one */
   int first_panel,
       panel_count;      /* panels of at most HB_PANEL_EDGES edges; 0 where the span carries no twist */
   double compliance;    /* sum of l_i / (2 beta_i) */
@@ -219,6 +257,7 @@ typedef struct hb_model {
   double *alpha;      /* bending modulus at interior vertices (closed-form rods) */
   double *bend_gain;  /* 8 alpha_i / l_i: the only bending number a closed-form step needs */
   double *B;          /* 3 per edge slot: B11 B12 B22 */
+  double *stretching; /* per edge slot: E A; 0 where the length is kept */
   double *viscosity;  /* per edge slot */
   double *beta;       /* interior vertices */
   double *twist_gain; /* 2 beta_i / l_i */
@@ -234,20 +273,27 @@ typedef struct hb_model {
   int position_count;
   hb_frame_support *frames;
   int frame_count;
-  int *frame_of; /* per edge slot: index into frames or -1 */
+  int *frame_of;   /* per edge slot: index into frames or -1 */
+  int *rod_forces; /* indices into the scene's forces, rod by rod: those that act on it, in their order */
   bool any_general, any_viscosity, any_follower;
   double *initial; /* 3 per slot: the initial shape as given, supports at t = 0 in their places */
   char **notes;    /* sentences that check and run show, e.g. "constraints leave no room" */
   int note_count;
 } hb_model;
 
+/* The n-th of the scene's forces that act on the rod, n < rod->force_count. */
+static inline const hb_force_def *hb_rod_force_def(const hb_model *model, const hb_rod *rod, int n) {
+  return &model->def->forces[model->rod_forces[rod->first_force + n]];
+}
+
 /* Checks every rule and compiles. def stays owned by the caller and must outlive the model. */
 hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err);
 void hb_model_free(hb_model *model);
 
 /* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist,
- * tension from the loads and speeds at the start, viscosity, damping. rod: gets the rod that limits it, NULL
- * allowed. INFINITY if nothing limits it: without bending, damping, loads and motion there is no estimate. */
+ * tension from the loads and speeds at the start, waves of stretching, viscosity, damping. rod: gets the rod
+ * that limits it, NULL allowed. INFINITY if nothing limits it: without bending, damping, loads and motion
+ * there is no estimate, and implicit schemes have no limit. */
 double hb_model_stable_step(const hb_model *model, int *rod);
 
 #ifdef __cplusplus

@@ -13,7 +13,7 @@ extern "C" {
 typedef struct hb_writer hb_writer;
 
 /* Creates path (replacing an older file only once the new one is sound). frame_count: frames that are
- * planned. */
+ * planned. Which fields it holds, and in which precision, is in the model's scene (hb_output_def). */
 hb_status hb_writer_create(const char *path, const hb_model *model, long frame_count, hb_writer **out,
                            hb_error *err);
 /* Opens an existing trajectory to go on after its first `keep` frames (restart). It must belong to the same
@@ -56,14 +56,16 @@ typedef struct hb_record_plan {
   const char *checkpoint; /* path; NULL: no checkpoints */
   double checkpoint_seconds; /* wall time between two; 0: one with every frame */
   bool threaded;             /* measure and write on a thread of its own, else in the call */
+  uint64_t fields;           /* what `seen` looks at beyond the fields of the trajectory, 0: nothing */
   /* Called with every frame, in order, on the thread that writes; NULL: nobody looks.
    */
   void (*seen)(void *context, const hb_frame *frame);
   void *context;
 } hb_record_plan;
 typedef struct hb_recorder hb_recorder;
-/* With a thread, the calls below copy the state and return at once (or when a place for the copy is free);
- * the files get the same bytes in the same order. What goes wrong in the thread ends the recording there, and
+/* With a thread, the calls below copy what the fields are measured from (where a checkpoint is due the whole
+ * state) and return at once (or when a place for the copy is free); the files get the same bytes in the same
+ * order. What goes wrong in the thread ends the recording there, and
  * comes back as status and sentence from every later call. Memory is allocated here only, but for what a
  * checkpoint needs: copies of the state (2; up to 64 where they are small, 1 MiB) and the workspace of a
  * measure. HB_ERR_MEMORY also if there is no thread. */
@@ -78,7 +80,14 @@ hb_status hb_recorder_check(const hb_recorder *recorder, hb_error *err);
 /* Waits until everything is written. */
 hb_status hb_recorder_wait(hb_recorder *recorder, hb_error *err);
 long hb_recorder_frames(const hb_recorder *recorder); /* in the trajectory, after hb_recorder_wait */
-void hb_recorder_free(hb_recorder *recorder);         /* waits; NULL is allowed */
+/* After hb_recorder_wait: measures the last frame that was handed over once more, with every field that can
+ * be measured from the copy, into plan.frame: tension, reaction and internal_force only if they or a
+ * checkpoint were asked for. Does nothing if there was no frame. */
+void hb_recorder_complete(hb_recorder *recorder);
+/* Seconds of processor that measuring and writing have taken on their thread so far, after hb_recorder_wait;
+ * 0 without a thread. */
+double hb_recorder_seconds(const hb_recorder *recorder);
+void hb_recorder_free(hb_recorder *recorder); /* waits; NULL is allowed */
 
 /* ---- reading
  * ------------------------------------------------------------------------------------------------ */
@@ -86,6 +95,7 @@ typedef struct hb_reader hb_reader;
 typedef struct hb_reader_rod {
   const char *name;
   int first, nv;
+  bool closed; /* the last vertex is the first */
   double radius;
 } hb_reader_rod;
 typedef struct hb_trajectory_info {
@@ -98,7 +108,10 @@ typedef struct hb_trajectory_info {
  */
 hb_status hb_reader_open(const char *path, hb_reader **out, hb_error *err);
 const hb_trajectory_info *hb_reader_info(const hb_reader *reader);
-/* name: a field of hb_frame_fields; out gets components * nv doubles. */
+/* Set of the fields that the trajectory holds, as HB_FIELD_BIT. */
+uint64_t hb_reader_fields(const hb_reader *reader);
+/* name: a field of hb_frame_fields; out gets components * nv doubles. HB_ERR_INPUT also for a field that the
+ * run was told not to write. */
 hb_status hb_reader_field(hb_reader *reader, const char *name, long frame, double *out, hb_error *err);
 /* One scalar of hb_frame over all frames: time, step, kinetic, bending, twisting, gravity, work_loads, ... as
  * named there; vectors as momentum_x ... ; out gets `frames` doubles. */

@@ -77,6 +77,7 @@ typedef struct hb_integrator {
   const char *name, *text;
   int order;      /* claimed order of convergence */
   bool symmetric; /* conserves angular momentum to round-off and shows no energy drift */
+  bool implicit;  /* stable at any step: hb_model_stable_step is no limit. Rods never step in lanes */
   hb_status (*step)(hb_stepper *stepper, double h, hb_error *err);
 } hb_integrator;
 

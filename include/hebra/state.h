@@ -17,7 +17,7 @@ enum {
   HB_S_STEP,             /* steps done (an integer) */
   HB_S_WORK_LOADS,       /* work done by external loads since the start */
   HB_S_WORK_SUPPORTS,    /* work done by moving supports */
-  HB_S_ENERGY_START,     /* kinetic + bending + twisting energy of the initial state */
+  HB_S_ENERGY_START,     /* kinetic + bending + twisting + stretching energy of the initial state */
   HB_S_DISSIPATED,       /* energy taken out by damping */
   HB_S_LENGTH_ERROR,     /* largest relative length error after the last step */
   HB_S_WORST_LENGTH,     /* the same, largest over the run */
@@ -28,6 +28,10 @@ enum {
   HB_S_FALLBACKS, /* steps of a rod whose lengths needed the moving gradient in a scheme that uses the old one
                    */
   HB_S_SADDLES,   /* times that the twist was led off a saddle of its energy */
+  HB_S_NEWTON,    /* steps of Newton's method in implicit schemes in all (an integer) */
+  HB_S_FACTORISATIONS, /* matrices that they factored (an integer) */
+  HB_S_PIECES,         /* pieces that they divided the steps of rods into (an integer) */
+  HB_S_REJECTED,       /* pieces that were taken again, shorter (an integer) */
   HB_S_COUNT
 };
 
@@ -58,7 +62,8 @@ typedef enum hb_extent {
   F(twist, HB_PER_GENERAL, 1, "twist m_i of interior vertices with windings (general rods)")                 \
   F(spin, HB_PER_GENERAL, 1, "how far each edge's frame turned beyond parallel transport in the last step")  \
   F(omega_1, HB_PER_VISCOUS, 4, "material curvatures one step ago")                                          \
-  F(omega_2, HB_PER_VISCOUS, 4, "material curvatures two steps ago")                                         \
+  F(omega_2, HB_PER_VISCOUS, 4,                                                                              \
+    "material curvatures two steps ago; implicit schemes: omega_1 less a time step at its rate")             \
   F(panel_m1, HB_PER_PANEL, 3, "director at the far end of each panel (closed-form rods)")                   \
   F(panel_tangent, HB_PER_PANEL, 3, "tangent to which it belongs")                                           \
   F(panel_twist, HB_PER_PANEL, 1, "twist over the panel with windings")                                      \
@@ -68,7 +73,9 @@ typedef enum hb_extent {
   F(frame_torque, HB_PER_FRAME, 1, "torque of the support about the tangent")                                \
   F(anchor_m1, HB_PER_ROD, 3, "director u^0 of each rod's first Bishop frame, carried in time")              \
   F(anchor_tangent, HB_PER_ROD, 3, "tangent to which it belongs")                                            \
-  F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")
+  F(theta_0, HB_PER_ROD, 1, "material angle of the first edge, windings counted")                            \
+  F(seam, HB_PER_ROD, 1, "turn by which the material frame of a closed rod is cut off where its ends meet")  \
+  F(piece, HB_PER_ROD, 1, "how long a piece of a step error control takes next; 0: a whole step")
 
 typedef struct hb_state {
 #define HB_DECLARE(name, extent, components, text) double *name;
@@ -95,7 +102,9 @@ size_t hb_state_field_size(const hb_model *model, const hb_state_field *field);
 hb_status hb_state_create(const hb_model *model, hb_state **out, hb_error *err);
 void hb_state_free(hb_state *state);
 void hb_state_copy(hb_state *to, const hb_state *from); /* same model */
-uint64_t hb_state_hash(const hb_state *state);          /* FNV-1a over the bytes of the block */
+/* Copies all that belongs to one rod, but not the scalars, which belong to none. */
+void hb_state_copy_rod(const hb_model *model, const hb_rod *rod, hb_state *to, const hb_state *from);
+uint64_t hb_state_hash(const hb_state *state); /* FNV-1a over the bytes of the block */
 
 #ifdef __cplusplus
 }

@@ -4,5 +4,7 @@
 
 /* Seconds from an arbitrary start, monotonic, nanosecond resolution. */
 double hb_clock_now(void);
+/* Seconds of processor that the calling thread has used; 0 where the system does not tell. */
+double hb_clock_thread(void);
 
 #endif

@@ -49,8 +49,8 @@ static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
 
 /* Is there a load on this rod? */
 static bool active(const hb_model *model, const hb_rod *rod) {
-  for (int k = 0; k < model->def->force_count; k++)
-    if (acts_on(&model->def->forces[k], rod)) return true;
+  for (int n = 0; n < rod->force_count; n++)
+    if (acts_on(hb_rod_force_def(model, rod, n), rod)) return true;
   return false;
 }
 
@@ -65,17 +65,30 @@ static hb_v3 on_frame(hb_v3 a, int j, const double *x, const double *m1) {
  * one. */
 static hb_v3 follow(hb_v3 a, const hb_rod *rod, int i, const double *x, const double *m1) {
   int last = rod->first + rod->nv - 1;
+  if (rod->closed && (i == rod->first || i == last))
+    return hb_v3_scale(0.5, hb_v3_add(on_frame(a, last - 1, x, m1), on_frame(a, rod->first, x, m1)));
   if (i == rod->first) return on_frame(a, i, x, m1);
   if (i == last) return on_frame(a, i - 1, x, m1);
   return hb_v3_scale(0.5, hb_v3_add(on_frame(a, i - 1, x, m1), on_frame(a, i, x, m1)));
+}
+
+/* Half of a vertex gets half of the load. */
+double hb_load_share(const hb_model *model, const hb_rod *rod, const hb_force_def *def, int i) {
+  bool half = rod->closed && (i == rod->first || i == rod->first + rod->nv - 1);
+  switch (def->kind) {
+  case HB_FORCE_GRAVITY: return model->mass[i];
+  case HB_FORCE_DISTRIBUTED: return model->weight[i];
+  case HB_FORCE_PER_VERTEX: return half ? 0.5 : 1;
+  default: return 1;
+  }
 }
 
 /* Adds every load on the rod. */
 static void add(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
                 const double *m1, double *f) {
   (void)v;
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!acts_on(def, rod)) continue;
     hb_load_values values = hb_load_begin(def, t);
     int point = rod->first + (def->vertex < 0 ? def->vertex + rod->nv : def->vertex);
@@ -84,7 +97,7 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
     for (int i = from; i < to; i++) {
       hb_v3 value = hb_load_at(&values, model, rod, i, x);
       if (def->follower) value = follow(value, rod, i, x, m1);
-      double share = def->kind == HB_FORCE_DISTRIBUTED ? model->weight[i] : 1;
+      double share = hb_load_share(model, rod, def, i);
       hb_v3_accumulate(f + 3 * i, hb_v3_scale(share, value));
     }
   }
@@ -93,7 +106,8 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
 /* Dead loads without places of their own. */
 static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
                     hb_uniform_load *sum) {
-  for (int k = 0; k < model->def->force_count; k++) {
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const int k = model->rod_forces[rod->first_force + entry];
     const hb_force_def *def = &model->def->forces[k];
     if (!acts_on(def, rod)) continue;
     if (def->kind == HB_FORCE_POINT || def->follower || !values[k].uniform) return false;

@@ -3,8 +3,8 @@
 
 /* Which loads have no potential, or depend on more than time and place. */
 const hb_force_def *hb_load_first_moving(const hb_model *model, const hb_rod *rod) {
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!hb_force_def_acts_on(def, rod->index)) continue;
     if (def->follower || def->kind == HB_FORCE_WIND) return def;
   }
@@ -14,13 +14,8 @@ const hb_force_def *hb_load_first_moving(const hb_model *model, const hb_rod *ro
 /* What a value of the load is multiplied with at vertex slot i; 0: it does not act there. */
 static double share(const hb_model *model, const hb_rod *rod, const hb_force_def *def, int i) {
   int point = rod->first + (def->vertex < 0 ? def->vertex + rod->nv : def->vertex);
-  switch (def->kind) {
-  case HB_FORCE_GRAVITY: return model->mass[i];
-  case HB_FORCE_POINT: return i == point ? 1 : 0;
-  case HB_FORCE_DISTRIBUTED: return model->weight[i];
-  case HB_FORCE_PER_VERTEX: return 1;
-  default: return 0;
-  }
+  if (def->kind == HB_FORCE_WIND || (def->kind == HB_FORCE_POINT && i != point)) return 0;
+  return hb_load_share(model, rod, def, i);
 }
 
 /* Does it change with place? */
@@ -36,8 +31,8 @@ bool hb_load_stiffness(const hb_model *model, const hb_rod *rod, double t, const
   bool any = false;
   double step = 1e-5 * rod->length;
   for (int k = 0; k < 9 * rod->nv; k++) out[k] = 0;
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!hb_force_def_acts_on(def, rod->index) || !depends_on_place(def)) continue;
     hb_load_values values = hb_load_begin(def, t);
     for (int i = rod->first; i < rod->first + rod->nv; i++) {

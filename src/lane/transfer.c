@@ -265,6 +265,30 @@ void hb_unit_store(const hb_model *model, hb_state *state, hb_unit *unit) {
   }
 }
 
+/* Directors and twists without the tangents that they belong to, which are those of the edges. */
+static void store_directors(const hb_strip *s, lane_of l, int lane, hb_state *state) {
+  int edges = edges_in(s, l), slot = l.rod->first + l.first;
+  if (edges == 0) return;
+  fetch(s, s->m1, 0, lane, 3 * edges, state->m1 + 3 * slot);
+  fetch(s, s->twist, 0, lane, edges, state->twist + slot);
+  if (l.first == 0) state->twist[slot] = 0;
+}
+
+/* Less than what carries a run on. */
+void hb_unit_store_measured(const hb_model *model, hb_state *state, hb_unit *unit, bool forces) {
+  for (int g = 0; g < unit->strip_count; g++) {
+    hb_strip *s = &unit->strips[g];
+    if (forces) unit->kernels->assemble(s);
+    for (int lane = 0; lane < (unit->pieces ? s->lanes : unit->rod_count); lane++) {
+      lane_of l = describe(model, unit, s, lane);
+      store3(s, l, lane, s->x, state->x);
+      store3(s, l, lane, s->v, state->v);
+      if (forces) store3(s, l, lane, s->f, state->force);
+      if (s->general) store_directors(s, l, lane, state);
+    }
+  }
+}
+
 /* One vertex array of the n-th rod to the state's layout. */
 void hb_unit_store3(const hb_model *model, const hb_unit *unit, int n, size_t array, double *to) {
   for (int g = 0; g < unit->strip_count; g++) {

@@ -5,6 +5,7 @@
 
 /* Bandwidths of the matrices of statics; loops over a constant number of entries are unrolled. */
 #define KKT_HALF 12
+#define SLIM_HALF 10
 /* Each use has a constant bandwidth; only inlined is it compiled for it. */
 #define INLINED static inline __attribute__((always_inline))
 
@@ -84,17 +85,20 @@ INLINED void solve(const hb_band *m, int half, double *restrict b) {
   }
 }
 
-/* The common bandwidth is compiled for itself. */
+/* The common bandwidths are compiled for themselves. */
 hb_inertia hb_band_factor(hb_band *m, double round_off, double *scratch) {
   memset(scratch, 0, (size_t)(m->n + m->half) * sizeof *scratch);
-  return m->half == KKT_HALF ? factor(m, KKT_HALF, round_off, scratch)
-                             : factor(m, m->half, round_off, scratch);
+  if (m->half == KKT_HALF) return factor(m, KKT_HALF, round_off, scratch);
+  if (m->half == SLIM_HALF) return factor(m, SLIM_HALF, round_off, scratch);
+  return factor(m, m->half, round_off, scratch);
 }
 
 /* Likewise. */
 void hb_band_solve(const hb_band *factors, double *b) {
   if (factors->half == KKT_HALF)
     solve(factors, KKT_HALF, b);
+  else if (factors->half == SLIM_HALF)
+    solve(factors, SLIM_HALF, b);
   else
     solve(factors, factors->half, b);
 }

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 
+#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -44,9 +45,9 @@ static hb_status allocate_tables(hb_model *m, hb_error *err) {
   } tables[] = {{&m->rest_length, 1}, {&m->inv_rest_length, 1}, {&m->arc, 1},
                 {&m->voronoi, 1},     {&m->weight, 1},          {&m->mass, 1},
                 {&m->inv_mass, 3},    {&m->alpha, 1},           {&m->bend_gain, 1},
-                {&m->B, 3},           {&m->viscosity, 1},       {&m->beta, 1},
-                {&m->twist_gain, 1},  {&m->rest_twist, 1},      {&m->rest_omega, 4},
-                {&m->rest_pull, 4},   {&m->initial, 3}};
+                {&m->B, 3},           {&m->viscosity, 1},       {&m->stretching, 1},
+                {&m->beta, 1},        {&m->twist_gain, 1},      {&m->rest_twist, 1},
+                {&m->rest_omega, 4},  {&m->rest_pull, 4},       {&m->initial, 3}};
   for (size_t k = 0; k < sizeof tables / sizeof tables[0]; k++) {
     *tables[k].table = hb_alloc((size_t)m->nv * (size_t)tables[k].components, sizeof(double));
     if (!*tables[k].table) return hb_fail_memory(err, "tables of the model");
@@ -69,7 +70,10 @@ static hb_status number_slots(hb_model *m, hb_error *err) {
     m->rods[r] = (hb_rod){.name = def->rods[r].name ? def->rods[r].name : "rod",
                           .index = r,
                           .first = (int)slots,
-                          .nv = def->rods[r].nv};
+                          .nv = def->rods[r].nv,
+                          .extensible = def->rods[r].stretching != NULL,
+                          .closed = def->rods[r].closing != HB_CLOSING_NONE};
+    m->rods[r].last_joint = m->rods[r].nv - (m->rods[r].closed ? 1 : 2);
     slots += def->rods[r].nv;
     if (slots > 100000000)
       return hb_fail(err, HB_ERR_INPUT, "%lld vertices are too many; at most 100 million are possible",
@@ -103,6 +107,33 @@ static hb_status check_absolute(const hb_model *m, hb_error *err) {
                          least);
 }
 
+/* Which of the scene's forces act on which rod. */
+static hb_status list_forces(hb_model *m, hb_error *err) {
+  const hb_scene_def *def = m->def;
+  size_t count = 0;
+  for (int pass = 0; pass < 2; pass++) {
+    for (int r = 0; r < m->rod_count; r++) m->rods[r].force_count = 0;
+    for (int k = 0; k < def->force_count; k++) {
+      const hb_force_def *force = &def->forces[k];
+      int first = force->rod < 0 ? 0 : force->rod, many = force->rods > 1 ? force->rods : 1;
+      int end = force->rod < 0 ? m->rod_count : first + many;
+      for (int r = first; r < end && r < m->rod_count; r++) {
+        hb_rod *rod = &m->rods[r];
+        if (pass) m->rod_forces[rod->first_force + rod->force_count] = k;
+        rod->force_count++;
+      }
+    }
+    for (int r = 0; pass == 0 && r < m->rod_count; r++) {
+      m->rods[r].first_force = (int)count;
+      count += (size_t)m->rods[r].force_count;
+    }
+    if (count > INT_MAX) return hb_fail(err, HB_ERR_INPUT, "%zu loads on rods are too many", count);
+    if (pass == 0) m->rod_forces = hb_alloc(count, sizeof *m->rod_forces);
+    if (!m->rod_forces) return hb_fail_memory(err, "loads");
+  }
+  return HB_OK;
+}
+
 /* All stages in order. */
 static hb_status compile(hb_model *m, hb_error *err) {
   const hb_scene_def *def = m->def;
@@ -120,6 +151,7 @@ static hb_status compile(hb_model *m, hb_error *err) {
   }
   m->any_follower = has_follower(def);
   if (!status) status = check_absolute(m, err);
+  if (!status) status = list_forces(m, err);
   if (!status) status = hb_compile_supports(m, err);
   return status;
 }
@@ -143,11 +175,12 @@ hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err
 void hb_model_free(hb_model *m) {
   if (!m) return;
   for (int k = 0; k < m->note_count; k++) hb_free(m->notes[k]);
-  void *tables[] = {m->notes,     m->rods,      m->rod_of, m->rest_length, m->inv_rest_length, m->arc,
-                    m->voronoi,   m->weight,    m->mass,   m->inv_mass,    m->alpha,           m->bend_gain,
-                    m->B,         m->viscosity, m->beta,   m->twist_gain,  m->rest_twist,      m->rest_omega,
-                    m->rest_pull, m->spans,     m->panels, m->positions,   m->frames,          m->frame_of,
-                    m->initial,   m->start_m1};
+  void *tables[] = {m->notes,   m->rods,       m->rod_of,     m->rest_length, m->inv_rest_length,
+                    m->arc,     m->voronoi,    m->weight,     m->mass,        m->inv_mass,
+                    m->alpha,   m->bend_gain,  m->B,          m->viscosity,   m->stretching,
+                    m->beta,    m->twist_gain, m->rest_twist, m->rest_omega,  m->rest_pull,
+                    m->spans,   m->panels,     m->positions,  m->frames,      m->frame_of,
+                    m->initial, m->start_m1,   m->rod_forces};
   for (size_t k = 0; k < sizeof tables / sizeof tables[0]; k++) hb_free(tables[k]);
   hb_free(m);
 }

@@ -15,6 +15,8 @@ hb_status hb_compile_note(hb_model *model, hb_error *err, const char *format, ..
 hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err);
 double hb_compile_least_tolerance(const hb_method_def *method);
 hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err);
+/* Is the last of nv vertices of a polyline at the place of the first? */
+bool hb_compile_is_closed(const double *x, int nv);
 /* Rest lengths, curvatures, twists, stiffnesses of one rod into the tables. */
 void hb_compile_rest(hb_model *model, int rod);
 /* Direction in which the first (last) edge of a rod that is clamped at its end vertex has to be held, from

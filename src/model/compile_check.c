@@ -37,6 +37,31 @@ double hb_compile_least_tolerance(const hb_method_def *method) {
   return method->precision == HB_PRECISION_SINGLE ? 1e-6 : 1e-14;
 }
 
+/* What only implicit schemes can do, and what they cannot. */
+static hb_status check_implicit(const hb_scene_def *def, hb_error *err) {
+  const hb_method_def *m = &def->method;
+  bool implicit = hb_method_is_implicit(m);
+  if (!(m->error_tolerance >= 0 && isfinite(m->error_tolerance)))
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.error_tolerance: %g is not allowed; it must be > 0, or 0 for none",
+                           m->error_tolerance);
+  if (m->error_tolerance > 0 && !implicit)
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.error_tolerance: only the integrators implicit and backward-euler control "
+                           "their error");
+  if (implicit && m->precision == HB_PRECISION_SINGLE)
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.precision: implicit schemes need double; single goes with verlet and "
+                           "symplectic-euler");
+  for (int r = 0; implicit && r < def->rod_count; r++)
+    if (def->rods[r].closing != HB_CLOSING_NONE)
+      return hb_compile_fail(
+          def, def->rods[r].line, def->rods[r].column, err,
+          "rod %s: implicit schemes do not step closed rods; verlet and symplectic-euler do",
+          def->rods[r].name ? def->rods[r].name : "without a name");
+  return HB_OK;
+}
+
 /* Method, output and loads. */
 hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
   const hb_method_def *m = &def->method;
@@ -52,6 +77,8 @@ hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
     return hb_compile_fail(def, m->line, m->column, err,
                            "method: %g steps are too many; at most 1e12 are possible",
                            m->duration / m->time_step);
+  hb_status status = check_implicit(def, err);
+  if (status) return status;
   if (!(m->length_tolerance > 0 && isfinite(m->length_tolerance)))
     return hb_compile_fail(def, m->line, m->column, err,
                            "method.length_tolerance: %g is not allowed; it must be > 0", m->length_tolerance);
@@ -73,7 +100,7 @@ hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
     return hb_compile_fail(def, 0, 0, err, "output.every: %d is not allowed; it must be >= 1",
                            def->output.every);
   for (int k = 0; k < def->force_count; k++) {
-    hb_status status = check_force(def, k, err);
+    status = check_force(def, k, err);
     if (status) return status;
   }
   return HB_OK;
@@ -119,11 +146,12 @@ static hb_status check_forms(const hb_scene_def *def, const hb_rod_def *r, hb_er
   return HB_OK;
 }
 
-/* Vertex where a polyline folds back onto itself, or -1. */
-static int find_fold(const double *x, int nv) {
-  for (int i = 1; i + 1 < nv; i++) {
+/* Vertex where a polyline folds back onto itself, or -1. closed: the last edge is followed by the first. */
+static int find_fold(const double *x, int nv, bool closed) {
+  for (int i = 1; i + (closed ? 0 : 1) < nv; i++) {
+    const double *next = i + 1 < nv ? x + 3 * i + 3 : x + 3;
     hb_v3 a = hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * i), hb_v3_load(x + 3 * i - 3)));
-    hb_v3 b = hb_v3_unit(hb_v3_sub(hb_v3_load(x + 3 * i + 3), hb_v3_load(x + 3 * i)));
+    hb_v3 b = hb_v3_unit(hb_v3_sub(hb_v3_load(next), hb_v3_load(x + 3 * i)));
     if (!(1 + hb_v3_dot(a, b) > HB_FOLD_LIMIT)) return i;
   }
   return -1;
@@ -132,15 +160,44 @@ static int find_fold(const double *x, int nv) {
 /* Curvature is infinite at a fold: no rest shape may have one, and no initial shape of a rod that resists
  * bending. */
 static hb_status check_folds(const hb_scene_def *def, const hb_rod_def *r, hb_error *err) {
-  bool stiff = false;
+  bool stiff = false, closed = r->closing != HB_CLOSING_NONE;
+  bool rest_closed = closed && hb_compile_is_closed(r->rest, r->nv);
   for (int k = 0; k < 3 * (r->nv - 1); k++) stiff = stiff || r->B[k] != 0;
-  int rest = r->straight_rest ? -1 : find_fold(r->rest, r->nv),
-      initial = stiff ? find_fold(r->initial, r->nv) : -1;
+  int rest = r->straight_rest ? -1 : find_fold(r->rest, r->nv, rest_closed),
+      initial = stiff ? find_fold(r->initial, r->nv, closed) : -1;
   if (rest < 0 && initial < 0) return HB_OK;
   return hb_compile_fail(
       def, r->line, r->column, err,
       "rod %s: the %s shape folds back onto itself at vertex %d; its curvature there is infinite",
       r->name ? r->name : "?", rest >= 0 ? "rest" : "initial", rest >= 0 ? rest : initial);
+}
+
+/* Is the last vertex of a polyline its first? */
+bool hb_compile_is_closed(const double *x, int nv) {
+  const double *last = x + 3 * (size_t)(nv - 1);
+  return x[0] == last[0] && x[1] == last[1] && x[2] == last[2];
+}
+
+/* What a closed rod must be like. */
+static hb_status check_closed(const hb_scene_def *def, const hb_rod_def *r, hb_error *err) {
+  const char *name = r->name ? r->name : "?";
+  const double *a = r->initial, *b = r->initial + 3 * (size_t)(r->nv - 1);
+  if (r->closing == HB_CLOSING_NONE) return HB_OK;
+  if (r->nv < 4)
+    return hb_compile_fail(def, r->line, r->column, err,
+                           "rod %s: a closed rod of %d edges is not possible; at least 3 are needed", name,
+                           r->nv - 1);
+  if (!hb_compile_is_closed(r->initial, r->nv))
+    return hb_compile_fail(
+        def, r->line, r->column, err,
+        "rod %s: the rod is closed, but its initial shape ends at (%g, %g, %g) and begins at "
+        "(%g, %g, %g); both must be the same",
+        name, b[0], b[1], b[2], a[0], a[1], a[2]);
+  if (!isfinite(r->closing_value))
+    return hb_compile_fail(def, r->line, r->column, err,
+                           "rod %s: the twist with which the rod is closed is %g; it must be finite", name,
+                           r->closing_value);
+  return HB_OK;
 }
 
 /* All rules of one rod. */
@@ -158,23 +215,20 @@ hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err) 
     const char *what;
     const double *a;
     int count, sign;
-  } arrays[] = {{"rest shape", r->rest, 3 * r->nv, 0},
-                {"initial shape", r->initial, 3 * r->nv, 0},
-                {"velocity", r->velocity, 3 * r->nv, 0},
-                {"mass", r->mass, r->nv, 2},
-                {"bending", r->B, 3 * (r->nv - 1), 0},
-                {"twisting", r->beta, r->nv, 1},
-                {"viscosity", r->viscosity, r->nv - 1, 1},
-                {"natural twist", r->natural_twist, r->nv, 0},
-                {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
-                {"mass damping", &r->mass_damping, 1, 1},
-                {"radius", &r->radius, 1, 2},
-                {"director", r->first_director, 3, 0}};
+  } arrays[] = {
+      {"rest shape", r->rest, 3 * r->nv, 0},         {"initial shape", r->initial, 3 * r->nv, 0},
+      {"velocity", r->velocity, 3 * r->nv, 0},       {"mass", r->mass, r->nv, 2},
+      {"bending", r->B, 3 * (r->nv - 1), 0},         {"twisting", r->beta, r->nv, 1},
+      {"viscosity", r->viscosity, r->nv - 1, 1},     {"stretching", r->stretching, r->nv - 1, 2},
+      {"natural twist", r->natural_twist, r->nv, 0}, {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
+      {"mass damping", &r->mass_damping, 1, 1},      {"radius", &r->radius, 1, 2},
+      {"director", r->first_director, 3, 0}};
   hb_status status = HB_OK;
   for (size_t k = 0; !status && k < sizeof arrays / sizeof arrays[0]; k++)
     status = check_array(def, r, arrays[k].what, arrays[k].a, arrays[k].count, arrays[k].sign, err);
   if (!status) status = check_edges(def, r, "rest", r->rest, err);
   if (!status) status = check_edges(def, r, "initial", r->initial, err);
+  if (!status) status = check_closed(def, r, err);
   if (!status) status = check_forms(def, r, err);
   if (!status) status = check_folds(def, r, err);
   return status;

@@ -30,12 +30,21 @@ static double value_at_start(const hb_formula *f, const double place[3]) {
   return hb_formula_eval(f, vars);
 }
 
-/* A prescribed vertex. */
-static hb_status add_position(hb_model *m, int r, const hb_support_def *s, hb_error *err) {
+/* The other slot of the vertex where a closed rod's ends meet, or -1: this slot is another vertex. */
+static int twin_of(const hb_rod *rod, int slot) {
+  int last = rod->first + rod->nv - 1;
+  if (!rod->closed || (slot != rod->first && slot != last)) return -1;
+  return slot == last ? rod->first : last;
+}
+
+/* A prescribed vertex; twin: the other half of one where a closed rod's ends meet. */
+static hb_status add_position(hb_model *m, int r, const hb_support_def *s, bool twin, hb_error *err) {
   hb_position_support *p = &m->positions[m->position_count];
   *p = (hb_position_support){.def = s, .base = -1, .edge = -1};
   hb_status status = resolve(m, r, s, &p->slot, err);
   if (status) return status;
+  int other = twin_of(&m->rods[r], p->slot);
+  if (twin) p->slot = other;
   double *x = &m->initial[3 * p->slot];
   for (int c = 0; c < 3; c++) {
     p->initial[c] = x[c];
@@ -50,7 +59,7 @@ static hb_status add_position(hb_model *m, int r, const hb_support_def *s, hb_er
     if (!isfinite(x[c])) return support_fail(m, r, s, err, "the prescribed position at time 0 is not finite");
   }
   m->position_count++;
-  return HB_OK;
+  return other >= 0 && !twin ? add_position(m, r, s, true, err) : HB_OK;
 }
 
 /* A prescribed tangent: the far vertex of the edge is carried by the base vertex. */
@@ -62,6 +71,11 @@ static hb_status add_tangent(hb_model *m, int r, const hb_support_def *s, hb_err
   p->base = s->base_is_end ? p->edge + 1 : p->edge;
   p->slot = s->base_is_end ? p->edge : p->edge + 1;
   p->sign = s->base_is_end ? -1 : 1;
+  if (twin_of(&m->rods[r], p->slot) >= 0)
+    return support_fail(
+        m, r, s, err,
+        "the vertex that this tangent would carry is the one where the closed rod's ends meet; "
+        "another edge is expected");
   hb_v3 direction = hb_v3_sub(hb_v3_load(&m->initial[3 * p->edge + 3]), hb_v3_load(&m->initial[3 * p->edge]));
   const double *place = &m->initial[3 * p->base];
   if (!s->held)
@@ -71,7 +85,7 @@ static hb_status add_tangent(hb_model *m, int r, const hb_support_def *s, hb_err
     return support_fail(m, r, s, err, "the prescribed tangent at time 0 is zero");
   direction = hb_v3_unit(direction);
   int outermost = m->rods[r].first + (s->base_is_end ? m->rods[r].nv - 2 : 0);
-  if (s->wall && p->edge != outermost)
+  if (s->wall && (m->rods[r].closed || p->edge != outermost))
     return support_fail(m, r, s, err,
                         "only the first and the last edge can be clamped at their outer vertex");
   if (s->wall && s->held) direction = hb_compile_wall(m, r, s, direction);
@@ -117,7 +131,7 @@ static void add_span(hb_model *m, hb_rod *rod, int a, int b, int frame_a, int fr
                  .first_frame = frame_a,
                  .last_frame = frame_b,
                  .first_panel = m->panel_count};
-  bool carries = rod->closed_form && frame_a >= 0 && frame_b >= 0;
+  bool carries = rod->closed_form && (rod->closed || (frame_a >= 0 && frame_b >= 0));
   for (int i = a + 1; i <= b; i++) {
     carries = carries && m->beta[i] > 0;
     s->compliance += m->beta[i] > 0 ? m->voronoi[i] / (2 * m->beta[i]) : 0;
@@ -131,7 +145,7 @@ static void add_span(hb_model *m, hb_rod *rod, int a, int b, int frame_a, int fr
 
 /* Spans of one rod between its prescribed frames and its ends. */
 static void make_spans(hb_model *m, hb_rod *rod) {
-  int last = rod->first + rod->nv - 2, at = rod->first, frame = -1;
+  int last = rod->first + rod->last_joint, at = rod->first, frame = -1;
   rod->first_span = m->span_count;
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
     int edge = m->frames[k].slot;
@@ -206,7 +220,7 @@ static hb_status check_reach(hb_model *m, const hb_rod *rod, int a, int b, hb_er
 /* Reach between all neighbouring prescribed vertices of a rod. */
 static hb_status check_room(hb_model *m, const hb_rod *rod, hb_error *err) {
   int last = -1;
-  for (int k = rod->first; k < rod->first + rod->nv; k++) {
+  for (int k = rod->first; !rod->extensible && k < rod->first + rod->nv; k++) {
     if (!held_somehow(m, k)) continue;
     hb_status status = last >= 0 ? check_reach(m, rod, last, k, err) : HB_OK;
     if (status) return status;
@@ -223,7 +237,8 @@ static hb_status compile_rod(hb_model *m, int r, hb_error *err) {
   rod->first_position = m->position_count;
   rod->first_frame = m->frame_count;
   for (int k = 0; !status && k < def->support_count; k++)
-    if (def->supports[k].kind == HB_SUPPORT_POSITION) status = add_position(m, r, &def->supports[k], err);
+    if (def->supports[k].kind == HB_SUPPORT_POSITION)
+      status = add_position(m, r, &def->supports[k], false, err);
   for (int k = 0; !status && k < def->support_count; k++)
     if (def->supports[k].kind == HB_SUPPORT_TANGENT) status = add_tangent(m, r, &def->supports[k], err);
   for (int k = 0; !status && k < def->support_count; k++)
@@ -245,7 +260,7 @@ hb_status hb_compile_supports(hb_model *m, hb_error *err) {
     spans += own + 1;
     panels += own + 1 + (size_t)(m->rods[r].nv / HB_PANEL_EDGES);
   }
-  m->positions = hb_alloc(supports, sizeof *m->positions);
+  m->positions = hb_alloc(2 * supports, sizeof *m->positions);
   m->frames = hb_alloc(supports, sizeof *m->frames);
   m->spans = hb_alloc(spans, sizeof *m->spans);
   m->panels = hb_alloc(panels, sizeof *m->panels);

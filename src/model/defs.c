@@ -33,6 +33,15 @@ void hb_scene_def_init(hb_scene_def *def) {
   def->method.max_twist_iterations = 100;
   def->output.every = 10;
   def->output.checkpoint_seconds = 2;
+  def->trace.step = 0.02;
+  def->trace.points = 1000;
+  def->trace.branches = 5;
+}
+
+/* By their names; the list of schemes (src/sim/builtin.c) says the same. */
+bool hb_method_is_implicit(const hb_method_def *method) {
+  const char *name = method->integrator;
+  return name && (strcmp(name, "implicit") == 0 || strcmp(name, "backward-euler") == 0);
 }
 
 /* Frees one support's formulas. */
@@ -54,6 +63,7 @@ static void free_rod(hb_rod_def *def) {
   hb_free(def->mass);
   hb_free(def->B);
   hb_free(def->beta);
+  hb_free(def->stretching);
   hb_free(def->viscosity);
 }
 
@@ -67,6 +77,7 @@ void hb_scene_def_free(hb_scene_def *def) {
   hb_free(def->rods);
   hb_free(def->forces);
   hb_free(def->parameters);
+  hb_free(def->trace.parameter);
   hb_free(def->title);
   hb_free(def->description);
   hb_free(def->path);

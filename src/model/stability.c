@@ -30,6 +30,11 @@ static hb_v3 value_at(const hb_model *m, hb_formula *const value[3], int k, doub
  * compliance. */
 static double span_moment(const hb_model *m, const hb_span *s) {
   double most = 0;
+  const hb_rod_def *rod = &m->def->rods[s->rod];
+  if (rod->closing != HB_CLOSING_NONE && s->panel_count > 0) {
+    double twist = rod->closing_value * (rod->closing == HB_CLOSING_TWIST ? 1 : 2 * HB_PI);
+    return fabs(twist - s->natural_twist) / s->compliance;
+  }
   if (s->first_frame < 0 || s->last_frame < 0 || !(s->compliance > 0)) return 0;
   for (int k = 0; k <= TIMES; k++) {
     double vars[HB_VAR_COUNT] = {0}, angle[2] = {0, 0};
@@ -121,7 +126,8 @@ static double damping_weight(const hb_model *m) {
 }
 
 /* Limit of one rod: the smallest over its vertices. Bending waves of the shortest length have 16 B/(rho A
- * l^4), twist adds at most 2.6 M/(rho A l^3), tension 4 T/(rho A l^2) to the square of the frequency. With
+ * l^4), twist adds at most 2.6 M/(rho A l^3), tension 4 T/(rho A l^2) to the square of the frequency;
+ * waves of stretching have 4 E A/(rho A l^2). With
  * the rate c of viscosity the limit is h^2 Omega^2 + 4 h c = 4. */
 static double rod_limit(const hb_model *m, const hb_rod *rod) {
   double limit = HUGE_VAL, load = load_on(m, rod), speed = speed_of(m, rod);
@@ -134,6 +140,9 @@ static double rod_limit(const hb_model *m, const hb_rod *rod) {
       double B = fmax(stiff_side(&m->B[3 * k - 3]), stiff_side(&m->B[3 * k]));
       double pull = load + per_length * speed * speed;
       double square = (16 * B / (l2 * l2) + 2.6 * moment / (l2 * l) + 4 * pull / l2) / per_length;
+      /* waves along an extensible rod are another motion than those across it */
+      double wave = 4 * fmax(m->stretching[k - 1], m->stretching[k]) / (l2 * per_length);
+      square = fmax(square, wave);
       double rate = 16 * fmax(m->viscosity[k - 1], m->viscosity[k]) / (l2 * l2 * per_length) +
                     damping_weight(m) * damping_rate(m, rod, wind, k);
       double fastest = rate + sqrt(rate * rate + square);
@@ -147,6 +156,7 @@ static double rod_limit(const hb_model *m, const hb_rod *rod) {
 double hb_model_stable_step(const hb_model *model, int *rod) {
   double limit = HUGE_VAL;
   if (rod) *rod = 0;
+  if (hb_method_is_implicit(&model->def->method)) return limit;
   for (int r = 0; r < model->rod_count; r++) {
     double own = rod_limit(model, &model->rods[r]);
     if (!(own < limit)) continue;

@@ -208,10 +208,12 @@ static void vtk(build *b) {
 /* Room for the fields of all frames. */
 static void fields(build *b) {
   char path[128];
+  uint64_t held = hb_fields_of(b->model);
   for (int k = 0; k < hb_frame_field_count; k++) {
     const hb_frame_field *field = &hb_frame_fields[k];
+    if (!(held >> k & 1)) continue;
     hb_layout_field_path(field, path, sizeof path);
-    table(b, path, H5T_NATIVE_DOUBLE, b->frames * b->nv,
+    table(b, path, hb_layout_type(b->model), b->frames * b->nv,
           field->components > 1 ? (hsize_t)field->components : 0, NULL);
     note(b, path, "unit", field->unit);
     note(b, path, "text", field->text);
@@ -285,6 +287,8 @@ static void rods(build *b) {
     table(b, "hebra/rods/first", H5T_NATIVE_INT64, count, 0, numbers);
     for (size_t r = 0; r < count; r++) numbers[r] = b->model->rods[r].nv;
     table(b, "hebra/rods/nv", H5T_NATIVE_INT64, count, 0, numbers);
+    for (size_t r = 0; r < count; r++) numbers[r] = b->model->rods[r].closed;
+    table(b, "hebra/rods/closed", H5T_NATIVE_INT64, count, 0, numbers);
     for (size_t r = 0; r < count; r++) values[r] = b->model->def->rods[r].radius;
     table(b, "hebra/rods/radius", H5T_NATIVE_DOUBLE, count, 0, values);
     for (size_t r = 0; r < count; r++) values[r] = b->model->rods[r].length;
@@ -373,7 +377,7 @@ static void put_seal(build *b, hid_t file, const char *path, hb_disk *disk) {
   hid_t set = H5Dopen2(file, HB_SEAL_PATH, H5P_DEFAULT);
   haddr_t at = set < 0 ? HADDR_UNDEF : H5Dget_offset(set);
   if (set >= 0) H5Dclose(set);
-  hb_status status = hb_layout_locate(file, path, b->model->nv, &map, NULL);
+  hb_status status = hb_layout_locate(file, path, b->model, &map, NULL);
   bool good = status == HB_OK && at != HADDR_UNDEF;
   good = good && hb_seal_leave_out(&b->gaps, 20, 4); /* superblock: HDF5 notes here that the file is open */
   good = good && hb_seal_leave_out(&b->gaps, map.at[map.count - 1], map.stride[map.count - 1] * b->frames);

@@ -9,7 +9,8 @@
 hb_status hb_export_load(const hb_export_job *job, long frame, hb_error *err) {
   hb_status status = HB_OK;
   for (int k = 0; status == HB_OK && k < hb_frame_field_count; k++)
-    status = hb_reader_field(job->reader, hb_frame_fields[k].name, frame, job->fields[k], err);
+    if (job->held >> k & 1)
+      status = hb_reader_field(job->reader, hb_frame_fields[k].name, frame, job->fields[k], err);
   return status;
 }
 
@@ -20,6 +21,7 @@ static hb_status buffers(hb_export_job *job, hb_error *err) {
   job->fields = hb_alloc((size_t)hb_frame_field_count, sizeof *job->fields);
   bool good = job->times && job->fields;
   for (int k = 0; good && k < hb_frame_field_count; k++) {
+    if (!(job->held >> k & 1)) continue;
     job->fields[k] = hb_alloc(nv, (size_t)hb_frame_fields[k].components * sizeof(double));
     good = job->fields[k] != NULL;
   }
@@ -30,7 +32,10 @@ static hb_status buffers(hb_export_job *job, hb_error *err) {
 /* Checks the range, prepares, hands over to the format. */
 hb_status hb_export(hb_reader *reader, const char *format, const char *directory, long first, long last,
                     long stride, hb_error *err) {
-  hb_export_job job = {.reader = reader, .info = hb_reader_info(reader), .directory = directory};
+  hb_export_job job = {.reader = reader,
+                       .info = hb_reader_info(reader),
+                       .directory = directory,
+                       .held = hb_reader_fields(reader)};
   long frames = job.info->frames;
   bool csv = strcmp(format, "csv") == 0, vtp = strcmp(format, "vtp") == 0;
   if (!csv && !vtp)

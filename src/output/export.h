@@ -10,6 +10,7 @@ typedef struct hb_export_job {
   const char *directory;
   long first, last, stride; /* last included */
   double *times;            /* of every frame of the trajectory */
+  uint64_t held;            /* fields of the trajectory, as HB_FIELD_BIT */
   double **fields;          /* one buffer per entry of hb_frame_fields, filled by hb_export_load */
 } hb_export_job;
 

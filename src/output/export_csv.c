@@ -56,11 +56,11 @@ static char *rod_path(const hb_export_job *job, int rod) {
 }
 
 /* Names and units of the columns. */
-static void rod_header(FILE *stream) {
+static void rod_header(const hb_export_job *job, FILE *stream) {
   fputs("frame,time [time],vertex", stream);
   for (int k = 0; k < hb_frame_field_count; k++) {
     const hb_frame_field *field = &hb_frame_fields[k];
-    for (int j = 0; j < field->components; j++) {
+    for (int j = 0; job->held >> k & 1 && j < field->components; j++) {
       if (field->components == 1)
         fprintf(stream, ",%s [%s]", field->name, field->unit);
       else
@@ -78,6 +78,7 @@ static void rod_rows(const hb_export_job *job, const hb_reader_rod *rod, long fr
     fprintf(stream, ",%d", i);
     for (int k = 0; k < hb_frame_field_count; k++) {
       const hb_frame_field *field = &hb_frame_fields[k];
+      if (!(job->held >> k & 1)) continue;
       const double *row = job->fields[k] + (size_t)(rod->first + i) * (size_t)field->components;
       bool empty = field->location == HB_ON_EDGE && i == rod->nv - 1;
       for (int j = 0; j < field->components; j++) {
@@ -99,7 +100,7 @@ static hb_status rod_table(const hb_export_job *job, int rod, hb_error *err) {
   hb_status status = hb_file_begin(path, &file, err);
   hb_free(path);
   if (status != HB_OK) return status;
-  rod_header(file.stream);
+  rod_header(job, file.stream);
   for (long n = job->first; status == HB_OK; n += job->stride) {
     status = hb_export_load(job, n, err);
     if (status == HB_OK) rod_rows(job, &job->info->rods[rod], n, file.stream);

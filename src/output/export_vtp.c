@@ -93,7 +93,8 @@ static void header(const hb_export_job *job, long frame, FILE *stream) {
           byte_order(), time, nv, job->info->rod_count);
   for (int k = 1; k < hb_frame_field_count; k++) {
     int c = hb_frame_fields[k].components;
-    entry(stream, "Float64", hb_frame_fields[k].name, c, nv * (size_t)c * sizeof(double), &offset);
+    if (job->held >> k & 1)
+      entry(stream, "Float64", hb_frame_fields[k].name, c, nv * (size_t)c * sizeof(double), &offset);
   }
   entry(stream, "Int64", "rod", 1, nv * sizeof(int64_t), &offset);
   entry(stream, "Float64", "radius", 1, nv * sizeof(double), &offset);
@@ -117,6 +118,7 @@ static hb_status frame_file(const hb_export_job *job, const constants *c, long f
   if (status != HB_OK) return status;
   header(job, frame, file.stream);
   for (int k = 1; k < hb_frame_field_count; k++) {
+    if (!(job->held >> k & 1)) continue;
     if (hb_frame_fields[k].location == HB_ON_EDGE)
       fill_unused(job->info, hb_frame_fields[k].components, job->fields[k]);
     block(file.stream, job->fields[k], nv * (size_t)hb_frame_fields[k].components * sizeof(double));

@@ -14,6 +14,11 @@ void hb_layout_field_path(const hb_frame_field *field, char *text, size_t size) 
     snprintf(text, size, "VTKHDF/PointData/%s", field->name);
 }
 
+/* Floats or doubles. */
+hid_t hb_layout_type(const hb_model *model) {
+  return model->def->output.single ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
+}
+
 /* All series stand in one group. */
 void hb_layout_series_path(const hb_series *series, char *text, size_t size) {
   snprintf(text, size, "hebra/series/%s", series->name);
@@ -72,12 +77,13 @@ static bool locate_one(hid_t file, const char *path, hid_t type, hsize_t per_fra
 }
 
 /* All entries of the map. */
-static bool locate_all(hid_t file, int nv, uint64_t bytes, hb_layout_map *map) {
+static bool locate_all(hid_t file, const hb_model *model, uint64_t bytes, hb_layout_map *map) {
   char path[128];
+  uint64_t held = hb_fields_of(model);
   for (int k = 0; k < hb_frame_field_count; k++) {
     hb_layout_field_path(&hb_frame_fields[k], path, sizeof path);
-    if (!locate_one(file, path, H5T_NATIVE_DOUBLE, (hsize_t)nv, (hsize_t)hb_frame_fields[k].components, bytes,
-                    map))
+    if (held >> k & 1 && !locate_one(file, path, hb_layout_type(model), (hsize_t)model->nv,
+                                     (hsize_t)hb_frame_fields[k].components, bytes, map))
       return false;
   }
   for (int k = 0; k < hb_series_count; k++) {
@@ -89,7 +95,8 @@ static bool locate_all(hid_t file, int nv, uint64_t bytes, hb_layout_map *map) {
 }
 
 /* Places of the raw numbers. */
-hb_status hb_layout_locate(hid_t file, const char *path, int nv, hb_layout_map *out, hb_error *err) {
+hb_status hb_layout_locate(hid_t file, const char *path, const hb_model *model, hb_layout_map *out,
+                           hb_error *err) {
   size_t entries = (size_t)hb_frame_field_count + (size_t)hb_series_count + 1;
   hsize_t bytes = 0;
   memset(out, 0, sizeof *out);
@@ -99,7 +106,7 @@ hb_status hb_layout_locate(hid_t file, const char *path, int nv, hb_layout_map *
     hb_layout_map_free(out);
     return hb_fail_memory(err, "map of a trajectory");
   }
-  if (H5Fget_filesize(file, &bytes) < 0 || !locate_all(file, nv, bytes, out)) {
+  if (H5Fget_filesize(file, &bytes) < 0 || !locate_all(file, model, bytes, out)) {
     hb_layout_map_free(out);
     return hb_fail(
         err, HB_ERR_INPUT,

@@ -30,7 +30,11 @@ void hb_layout_series_path(const hb_series *series, char *text, size_t size);
 hb_status hb_layout_create(hb_disk *disk, const char *path, const hb_model *model, long capacity, hid_t *out,
                            hb_error *err);
 
-/* Places of the raw numbers in an open file: one entry per field, then one per series, then Steps/Values. */
+/* Type of the fields in trajectories of a model. */
+hid_t hb_layout_type(const hb_model *model);
+
+/* Places of the raw numbers in an open file: one entry per field that it holds, then one per series, then
+ * Steps/Values. */
 typedef struct hb_layout_map {
   long capacity;
   int count;
@@ -39,7 +43,8 @@ typedef struct hb_layout_map {
 } hb_layout_map;
 /* Finds and checks them. HB_ERR_INPUT if the file's layout is not the one above (another version, repacked).
  */
-hb_status hb_layout_locate(hid_t file, const char *path, int nv, hb_layout_map *out, hb_error *err);
+hb_status hb_layout_locate(hid_t file, const char *path, const hb_model *model, hb_layout_map *out,
+                           hb_error *err);
 void hb_layout_map_free(hb_layout_map *map);
 
 /* What says how many frames are valid: the attribute NSteps and the length of Steps/Values. */

@@ -18,6 +18,7 @@ struct hb_reader {
   char *name, *title, *source, *rod_names;
   char version[64], run[32];
   hb_reader_rod *rods;
+  uint64_t fields; /* that it holds */
   hb_trajectory_info info;
 };
 
@@ -66,7 +67,7 @@ static bool whole(double value, double least, double most) {
 
 /* Rods must lie one behind the other from vertex 0. */
 static hb_status check_rods(hb_reader *r, const double *first, const double *nv, const double *radius,
-                            hb_error *err) {
+                            const double *closed, hb_error *err) {
   long long total = 0;
   for (int k = 0; k < r->info.rod_count; k++) {
     if (first[k] != (double)total || !whole(nv[k], 2, INT_MAX) || total + (long long)nv[k] > INT_MAX)
@@ -79,6 +80,7 @@ static hb_status check_rods(hb_reader *r, const double *first, const double *nv,
     r->rods[k].first = (int)total;
     r->rods[k].nv = (int)nv[k];
     r->rods[k].radius = radius[k];
+    r->rods[k].closed = closed[k] == 1;
     total += (long long)nv[k];
   }
   r->info.nv = (int)total;
@@ -93,17 +95,20 @@ static hb_status read_rods(hb_reader *r, hb_error *err) {
   if (status != HB_OK) return status;
   if (count < 1 || count > INT_MAX / 4)
     return hb_fail(err, HB_ERR_INPUT, "%s: claims %zu rods, expected at least 1", r->name, count);
-  double *values = hb_alloc(count, 3 * sizeof *values);
+  double *values = hb_alloc(count, 4 * sizeof *values);
   r->rods = hb_alloc(count, sizeof *r->rods);
   if (values && r->rods) {
-    double *first = values, *nv = values + count, *radius = values + 2 * count;
+    double *first = values, *nv = values + count, *radius = values + 2 * count, *closed = values + 3 * count;
     r->info.rod_count = (int)count;
     r->info.rods = r->rods;
     for (size_t k = 0; k < count; k++) r->rods[k].name = r->rod_names + k * width;
     status = read_column(r, "hebra/rods/first", first, err);
     if (status == HB_OK) status = read_column(r, "hebra/rods/nv", nv, err);
     if (status == HB_OK) status = read_column(r, "hebra/rods/radius", radius, err);
-    if (status == HB_OK) status = check_rods(r, first, nv, radius, err);
+    /* files of before there were closed rods do not say */
+    if (status == HB_OK && H5Lexists(r->file, "hebra/rods/closed", H5P_DEFAULT) > 0)
+      status = read_column(r, "hebra/rods/closed", closed, err);
+    if (status == HB_OK) status = check_rods(r, first, nv, radius, closed, err);
   } else {
     status = hb_fail_memory(err, "table of rods");
   }
@@ -124,6 +129,15 @@ static hb_status open_field(hb_reader *r, const hb_frame_field *field, hb_h5_arr
                    (unsigned long long)rows, field->components);
   hb_h5_array_close(array);
   return status;
+}
+
+/* Which fields are there. */
+static void find_fields(hb_reader *r) {
+  char path[128];
+  for (int k = 0; k < hb_frame_field_count; k++) {
+    hb_layout_field_path(&hb_frame_fields[k], path, sizeof path);
+    if (H5Lexists(r->file, path, H5P_DEFAULT) > 0) r->fields |= (uint64_t)1 << k;
+  }
 }
 
 /* Number of valid frames; the positions must be there for all of them. */
@@ -159,6 +173,7 @@ hb_status hb_reader_adopt(hid_t file, const char *name, hb_reader **out, hb_erro
   if (status == HB_OK) status = read_texts(r, err);
   if (status == HB_OK) status = read_rods(r, err);
   if (status == HB_OK) status = read_frames(r, err);
+  if (status == HB_OK) find_fields(r);
   if (status == HB_OK)
     *out = r;
   else
@@ -204,6 +219,9 @@ hb_status hb_reader_open(const char *path, hb_reader **out, hb_error *err) {
 /* What was read when the file was opened. */
 const hb_trajectory_info *hb_reader_info(const hb_reader *reader) { return &reader->info; }
 
+/* Found when it was opened. */
+uint64_t hb_reader_fields(const hb_reader *reader) { return reader->fields; }
+
 /* The name that it was opened by. */
 const char *hb_reader_name(const hb_reader *reader) { return reader->name; }
 
@@ -216,6 +234,20 @@ static void clear_unused(const hb_reader *r, int components, double *out) {
     size_t last = (size_t)(r->rods[k].first + r->rods[k].nv - 1);
     memset(out + last * (size_t)components, 0, (size_t)components * sizeof *out);
   }
+}
+
+/* What to do about a field that is not there. */
+static hb_status tell_absent(const hb_reader *r, const hb_frame_field *field, hb_error *err) {
+  char held[512] = "";
+  for (int k = 0; k < hb_frame_field_count; k++) {
+    size_t used = strlen(held);
+    if (r->fields >> k & 1)
+      snprintf(held + used, sizeof held - used, "%s%s", used ? ", " : "", hb_frame_fields[k].name);
+  }
+  return hb_fail(err, HB_ERR_INPUT,
+                 "%s: does not hold the field %s, only %s; a run writes what output.fields of its scene asks "
+                 "for",
+                 r->name, field->name, held);
 }
 
 /* One field of one frame. */
@@ -243,6 +275,7 @@ hb_status hb_reader_field(hb_reader *r, const char *name, long frame, double *ou
   if (frame < 0 || frame >= r->info.frames)
     return hb_fail(err, HB_ERR_INPUT, "%s: there is no frame %ld, the trajectory holds %ld frames from 0 on",
                    r->name, frame, r->info.frames);
+  if (!(r->fields >> (field - hb_frame_fields) & 1)) return tell_absent(r, field, err);
   hb_h5_quiet quiet = hb_h5_quiet_begin();
   hb_status status = read_field(r, field, frame, out, err);
   hb_h5_quiet_end(quiet);

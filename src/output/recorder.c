@@ -16,7 +16,8 @@
 /* A copy of the state and what to make of it. */
 typedef struct slot {
   hb_state *state;
-  bool frame, checkpoint; /* checkpoint: also if it is not time yet */
+  bool frame, checkpoint; /* checkpoint: the copy is whole */
+  bool forces;            /* it holds forces */
 } slot;
 
 struct hb_recorder {
@@ -24,10 +25,13 @@ struct hb_recorder {
   hb_record_plan plan;
   slot slots[SLOTS_MOST];
   hb_queue *queue;
+  uint64_t fields;        /* measured in every frame */
+  double last_checkpoint; /* handed over */
+  int last_frame;         /* slot of the last frame handed over, -1: none yet */
   /* Of the thread that writes, to be read by others after waiting. */
   hb_measure *measure;
-  long frames; /* measured and given to the writer, if there is one */
-  double last_checkpoint;
+  long frames;        /* measured and given to the writer, if there is one */
+  double seconds;     /* of processor, of its thread */
   hb_error err;       /* settled before failed is set, never changed after */
   atomic_bool failed; /* nothing more is written */
 };
@@ -42,11 +46,11 @@ static hb_status write_frame(hb_recorder *r, const hb_state *state) {
   return HB_OK;
 }
 
-/* Is a checkpoint asked for, or is it time? */
-static bool checkpoint_due(hb_recorder *r, const slot *s) {
+/* Is a checkpoint asked for, or is it time? Asked where the copy is made: a checkpoint needs all of it. */
+static bool checkpoint_due(hb_recorder *r, bool asked) {
   if (!r->plan.checkpoint) return false;
   double now = hb_clock_now();
-  if (!s->checkpoint && now - r->last_checkpoint < r->plan.checkpoint_seconds) return false;
+  if (!asked && now - r->last_checkpoint < r->plan.checkpoint_seconds) return false;
   r->last_checkpoint = now;
   return true;
 }
@@ -58,12 +62,12 @@ static void record(void *context, int index) {
   const slot *s = &r->slots[index];
   if (atomic_load(&r->failed)) return;
   hb_status status = s->frame ? write_frame(r, s->state) : HB_OK;
-  bool due = !status && checkpoint_due(r, s);
-  if (!status && r->plan.writer && (due || !hb_queue_more(r->queue)))
+  if (!status && r->plan.writer && (s->checkpoint || !hb_queue_more(r->queue)))
     status = hb_writer_flush(r->plan.writer, &r->err);
-  if (!status && due)
+  if (!status && s->checkpoint)
     status = hb_checkpoint_write_state(r->plan.checkpoint, r->model, s->state, r->frames, &r->err);
   if (status) atomic_store(&r->failed, true);
+  if (r->plan.threaded) r->seconds = hb_clock_thread();
 }
 
 /* How many places for copies. */
@@ -82,7 +86,10 @@ hb_status hb_recorder_create(const hb_model *model, const hb_record_plan *plan, 
   r->plan = *plan;
   r->frames = plan->frames;
   r->last_checkpoint = hb_clock_now();
+  r->last_frame = -1;
+  r->fields = plan->fields | (plan->writer ? hb_fields_of(model) : 0);
   hb_status status = hb_measure_create(model, &r->measure, err);
+  if (!status) hb_measure_choose(r->measure, r->fields);
   if (!status) status = hb_state_create(model, &r->slots[0].state, err);
   int slots = plan->threaded && !status ? slot_count(r->slots[0].state) : 1;
   for (int k = 1; !status && k < slots; k++) status = hb_state_create(model, &r->slots[k].state, err);
@@ -107,10 +114,16 @@ void hb_recorder_free(hb_recorder *r) {
 static hb_status hand_over(hb_recorder *r, const hb_sim *sim, bool frame, bool checkpoint, hb_error *err) {
   hb_status status = hb_recorder_check(r, err);
   if (status) return status;
-  slot *s = &r->slots[hb_queue_take(r->queue)];
-  hb_state_copy(s->state, hb_sim_const_state(sim));
+  int index = hb_queue_take(r->queue);
+  slot *s = &r->slots[index];
   s->frame = frame;
-  s->checkpoint = checkpoint;
+  s->checkpoint = checkpoint_due(r, checkpoint);
+  s->forces = s->checkpoint || (r->fields & HB_FIELDS_OF_FORCES);
+  if (s->checkpoint)
+    hb_state_copy(s->state, hb_sim_const_state(sim));
+  else
+    hb_sim_snapshot(sim, s->forces, s->state);
+  if (frame) r->last_frame = index;
   hb_queue_give(r->queue);
   return hb_recorder_check(r, err); /* without a thread it has been written */
 }
@@ -142,3 +155,15 @@ hb_status hb_recorder_wait(hb_recorder *r, hb_error *err) {
 long hb_recorder_frames(const hb_recorder *r) {
   return r->plan.writer ? hb_writer_frames(r->plan.writer) : r->frames;
 }
+
+/* Its copy lies where it was written from: at most a checkpoint has been handed over since. */
+void hb_recorder_complete(hb_recorder *r) {
+  if (r->last_frame < 0) return;
+  const slot *s = &r->slots[r->last_frame];
+  hb_measure_choose(r->measure, s->forces ? HB_FIELDS_ALL : HB_FIELDS_ALL & ~HB_FIELDS_OF_FORCES);
+  hb_measure_state(r->measure, s->state, r->plan.frame);
+  hb_measure_choose(r->measure, r->fields);
+}
+
+/* Of its thread. */
+double hb_recorder_seconds(const hb_recorder *r) { return r->seconds; }

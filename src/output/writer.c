@@ -27,7 +27,7 @@ struct hb_writer {
   hb_disk disk; /* the open file, shared by HDF5 and the frames */
   hb_layout_map map;
   long frames;
-  double *scratch; /* an edge field with its unused rows filled */
+  double *scratch; /* one field as it stands in the file */
   char
       *collected; /* per entry of the map, one behind the other: room rows of its stride; NULL if room is 1 */
   long waiting, room;
@@ -54,7 +54,7 @@ static bool drop(hb_writer *w, int *reason) {
 /* Takes over an open file and finds what frames need. */
 static hb_status attach(hb_writer *w, hid_t file, hb_error *err) {
   w->file = file;
-  hb_status status = hb_layout_locate(file, w->path, w->model->nv, &w->map, err);
+  hb_status status = hb_layout_locate(file, w->path, w->model, &w->map, err);
   if (status != HB_OK) return status;
   if (!hb_layout_count_open(file, &w->count))
     return hb_fail(err, HB_ERR_IO, "%s: the trajectory cannot be opened for writing", w->path);
@@ -234,12 +234,31 @@ hb_status hb_writer_continue(const char *path, const hb_model *model, long frame
 }
 
 /* Rows of edge fields that hold no edge repeat the row before, so that ParaView's colours end cleanly. */
-static void fill_rows(const hb_writer *w, double *values, int components) {
-  size_t c = (size_t)components;
+static void fill_rows(const hb_writer *w, char *values, size_t row) {
   for (int r = 0; r < w->model->rod_count; r++) {
     size_t last = (size_t)(w->model->rods[r].first + w->model->rods[r].nv - 1);
-    memcpy(values + last * c, values + (last - 1) * c, c * sizeof *values);
+    memcpy(values + last * row, values + (last - 1) * row, row);
   }
+}
+
+/* The numbers of a field of a frame. */
+static const double *values_of(const hb_frame *frame, int field) {
+  const double *values;
+  memcpy(&values, (const char *)frame + hb_frame_fields[field].offset, sizeof values);
+  return values;
+}
+
+/* A field as it stands in the file, into `to`. */
+static void field_bytes(const hb_writer *w, const double *values, int field, void *to) {
+  size_t components = (size_t)hb_frame_fields[field].components, count = components * (size_t)w->model->nv;
+  bool single = w->model->def->output.single;
+  float *floats = to;
+  if (single)
+    for (size_t k = 0; k < count; k++) floats[k] = (float)values[k];
+  else
+    memcpy(to, values, count * sizeof *values);
+  if (hb_frame_fields[field].location == HB_ON_EDGE)
+    fill_rows(w, to, components * (single ? sizeof(float) : sizeof(double)));
 }
 
 /* A series' value as it stands in the file, 8 bytes. */
@@ -263,18 +282,18 @@ static bool put(const hb_writer *w, int entry, const void *rows, long first, lon
 
 /* Raw numbers of one frame, straight to the file. */
 static bool put_frame(hb_writer *w, const hb_frame *frame) {
-  bool good = true;
+  bool good = true, single = w->model->def->output.single;
   int entry = 0;
   char bytes[8];
-  for (int k = 0; good && k < hb_frame_field_count; k++, entry++) {
-    const double *values = NULL;
-    memcpy(&values, (const char *)frame + hb_frame_fields[k].offset, sizeof values);
-    if (hb_frame_fields[k].location == HB_ON_EDGE) {
-      memcpy(w->scratch, values, (size_t)w->map.stride[entry]);
-      fill_rows(w, w->scratch, hb_frame_fields[k].components);
+  uint64_t held = hb_fields_of(w->model);
+  for (int k = 0; good && k < hb_frame_field_count; k++) {
+    const double *values = values_of(frame, k);
+    if (!(held >> k & 1)) continue;
+    if (single || hb_frame_fields[k].location == HB_ON_EDGE) {
+      field_bytes(w, values, k, w->scratch);
       values = w->scratch;
     }
-    good = put(w, entry, values, w->frames, 1);
+    good = put(w, entry++, values, w->frames, 1);
   }
   for (int k = 0; good && k < hb_series_count; k++, entry++) {
     series_bytes(frame, &hb_series_table[k], bytes);
@@ -287,17 +306,14 @@ static bool put_frame(hb_writer *w, const hb_frame *frame) {
 static void keep_frame(hb_writer *w, const hb_frame *frame) {
   char *table = w->collected;
   int entry = 0;
-  for (int k = 0; k < hb_frame_field_count; k++, entry++) {
-    size_t stride = (size_t)w->map.stride[entry];
-    char *row = table + (size_t)w->waiting * stride;
-    const double *values = NULL;
-    memcpy(&values, (const char *)frame + hb_frame_fields[k].offset, sizeof values);
-    memcpy(row, values, stride);
-    if (hb_frame_fields[k].location == HB_ON_EDGE)
-      fill_rows(w, (double *)(void *)row, hb_frame_fields[k].components);
+  uint64_t held = hb_fields_of(w->model);
+  for (int k = 0; k < hb_frame_field_count; k++) {
+    if (!(held >> k & 1)) continue;
+    size_t stride = (size_t)w->map.stride[entry++];
+    field_bytes(w, values_of(frame, k), k, table + (size_t)w->waiting * stride);
     table += (size_t)w->room * stride;
   }
-  for (int k = 0; k < hb_series_count; k++, entry++, table += (size_t)w->room * 8)
+  for (int k = 0; k < hb_series_count; k++, table += (size_t)w->room * 8)
     series_bytes(frame, &hb_series_table[k], table + 8 * w->waiting);
   memcpy(table + 8 * w->waiting, &frame->time, sizeof frame->time);
   w->waiting++;

@@ -26,6 +26,7 @@ typedef struct cutter {
   const hb_lens *lens;
   int index;
   double radius, thin; /* radius as drawn; 1 or less: cuts are thinned out */
+  bool closed;         /* the last vertex is at the place of the first */
   bool thicket;
 } cutter;
 
@@ -47,15 +48,29 @@ static hb_v3 edge_tangent(const cutter *c, int j) {
   return hb_v3_unit(hb_v3_sub(vertex(c, j + 1), vertex(c, j)));
 }
 
+/* Does a tube come back to where it began? */
+static bool is_closed(const hb_tube *tube) {
+  const double *a = tube->xyz, *b = tube->xyz + 3 * (size_t)(tube->nv > 0 ? tube->nv - 1 : 0);
+  return tube->nv > 3 && a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+/* Is the strand from .. to a closed tube as a whole? */
+static bool around(const cutter *c, int from, int to) {
+  return c->closed && from == 0 && to == c->tube->nv - 1;
+}
+
 /* Slope of the centreline, per length, at vertex i of the strand from .. to. */
 static hb_v3 slope(const cutter *c, int i, int from, int to) {
+  bool ring = around(c, from, to);
   if (to - from < 2) return edge_tangent(c, from);
-  if (i == from || i == to) { /* the end edge becomes a parabola */
+  if (ring && i == to) i = from;
+  if (!ring && (i == from || i == to)) { /* the end edge becomes a parabola */
     hb_v3 next = slope(c, i == from ? from + 1 : to - 1, from, to);
     hb_v3 edge = edge_tangent(c, i == from ? from : to - 1);
     return hb_v3_sub(hb_v3_scale(2, edge), next);
   }
-  hb_v3 e = hb_v3_sub(vertex(c, i), vertex(c, i - 1)), f = hb_v3_sub(vertex(c, i + 1), vertex(c, i));
+  int before = ring && i == from ? to - 1 : i - 1;
+  hb_v3 e = hb_v3_sub(vertex(c, i), vertex(c, before)), f = hb_v3_sub(vertex(c, i + 1), vertex(c, i));
   double a = hb_v3_norm(e), b = hb_v3_norm(f);
   if (!(a > 0) || !(b > 0)) return hb_v3_unit(hb_v3_add(e, f));
   return hb_v3_scale(1 / (a + b), hb_v3_add(hb_v3_scale(b / a, e), hb_v3_scale(a / b, f)));
@@ -107,6 +122,7 @@ static hb_v3 between(hb_v3 a, hb_v3 b, double f) {
 /* First director at the fraction f of edge j, normal to t: that of the edge at its middle. */
 static hb_v3 director_at(const cutter *c, int j, double f, hb_v3 t, int from, int to) {
   int other = f < 0.5 ? j - 1 : j + 1;
+  if (around(c, from, to)) other = other < from ? to - 1 : other >= to ? from : other;
   hb_v3 m, n;
   if (!director(c, j, &m)) return (hb_v3){0, 0, 0};
   m = hb_project_normal(hb_transport(m, edge_tangent(c, j), t), t);
@@ -230,7 +246,13 @@ static void measure(hb_strands *s) {
 static double walk(const hb_tube *tubes, int count, const hb_lens *lens, const cutter *how, hb_strands *out) {
   double total = 0;
   for (int i = 0; i < count; i++) {
-    cutter c = {&tubes[i], lens, i, drawn_radius(tubes[i].radius, how->radius), how->thin, how->thicket};
+    cutter c = {.tube = &tubes[i],
+                .lens = lens,
+                .index = i,
+                .radius = drawn_radius(tubes[i].radius, how->radius),
+                .thin = how->thin,
+                .closed = is_closed(&tubes[i]),
+                .thicket = how->thicket};
     for (int from = 0, to = 0; next_strand(&tubes[i], &from, &to); from = to + 1) {
       if (out)
         cut(&c, from, to, out);

@@ -43,10 +43,20 @@ static void closed_span(const hb_model *m, int o, int a, int b, double moment, h
   w->lowest_chi = lowest;
 }
 
+/* The stress on the last edge; of a closed rod it is that on its first edge, from the joint with the last. */
+static void pull_last(const hb_rod *rod, double *own, hb_v3 q) {
+  if (!rod->closed) {
+    pull_edge(own, rod->nv - 2, q);
+    return;
+  }
+  hb_v3_accumulate(own, hb_v3_scale(-1, q));
+  hb_v3_accumulate(own + 3, q);
+}
+
 /* Span by span, each with its own moment. */
 void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state *state, hb_rod_work *work,
                        double *f) {
-  int o = rod->first, ne = rod->nv - 1;
+  int o = rod->first;
   double *own = f + 3 * (size_t)o;
   hb_v3 carry = {0, 0, 0};
   own[0] = own[1] = own[2] = 0;
@@ -54,19 +64,19 @@ void hb_elastic_closed(const hb_model *model, const hb_rod *rod, const hb_state 
   for (int s = rod->first_span; s < rod->first_span + rod->span_count; s++)
     closed_span(model, o, model->spans[s].first_edge - o, model->spans[s].last_edge - o, state->moment[s],
                 work, &carry, own);
-  pull_edge(own, ne - 1, carry);
+  pull_last(rod, own, carry);
 }
 
 /* General rods: g = dE/d(kb) at fixed material angle, then the gradient of kb = 2 t x t'/chi by the edges. */
 void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state *state, hb_rod_work *w,
                         double *f) {
-  int o = rod->first, ne = rod->nv - 1;
+  int o = rod->first;
   double *own = f + 3 * (size_t)o;
   const double *m1 = state->m1 + 3 * (size_t)o;
   hb_v3 carry = {0, 0, 0}, t = hb_v3_load(w->tangent);
   own[0] = own[1] = own[2] = 0;
   w->lowest_chi = 2;
-  for (int i = 1; i < ne; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     hb_v3 n = hb_v3_load(w->tangent + 3 * i), kb = hb_v3_load(w->kb + 3 * i), g = {0, 0, 0};
     const double *b = w->stress + 4 * i;
     double inv_l = 1 / model->voronoi[o + i], chi = 1 + hb_v3_dot(t, n);
@@ -85,7 +95,7 @@ void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state
     carry = hb_v3_scale(w->inv_length[i], r1);
     t = n;
   }
-  pull_edge(own, ne - 1, carry);
+  pull_last(rod, own, carry);
 }
 
 /* What viscosity took over the step just done, with the mean rates of material curvature (second order), and
@@ -94,7 +104,7 @@ double hb_elastic_commit(const hb_model *m, const hb_rod *rod, hb_state *state, 
                          double h) {
   double lost = 0;
   if (!m->def->rods[rod->index].viscosity) return 0;
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     double inv_l = 1 / m->voronoi[k];
     for (int c = 0; c < 4; c++) {

@@ -18,12 +18,21 @@ hb_status hb_rod_settle(const hb_model *model, const hb_rod *rod, hb_state *stat
   return HB_OK;
 }
 
+/* Half to each. */
+void hb_rod_share_seam(const hb_rod *rod, double *f) {
+  if (!rod->closed) return;
+  double *a = f + 3 * (size_t)rod->first, *b = a + 3 * (size_t)(rod->nv - 1);
+  for (int c = 0; c < 3; c++) a[c] = b[c] = 0.5 * (a[c] + b[c]);
+}
+
 /* Bending and twisting force on all vertices, torques on prescribed frames. */
 void hb_rod_force(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work) {
   if (rod->closed_form)
     hb_elastic_closed(model, rod, state, work, state->force);
   else
     hb_elastic_general(model, rod, state, work, state->force);
+  hb_stretch_force(model, rod, work, state->force);
+  hb_rod_share_seam(rod, state->force);
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
     state->frame_torque[k] = hb_rod_frame_torque(model, rod, state, work, k);
 }

@@ -2,6 +2,7 @@
 #include "rod/rod.h"
 
 #include "math/rotation.h"
+#include "rod/writhe.h"
 
 #include <string.h>
 
@@ -19,7 +20,7 @@ static double at_time(const hb_formula *f, double t) {
 void hb_frames_bishop(const hb_rod *rod, const hb_rod_work *work, const double u0[3], double *out) {
   hb_v3 t = tangent_at(work, 0), u = hb_v3_load(u0);
   hb_v3_store(out, u);
-  for (int j = 1; j + 1 < rod->nv; j++) {
+  for (int j = 1; j <= rod->last_joint; j++) {
     hb_v3 next = tangent_at(work, j);
     u = hb_carry(u, t, next);
     hb_v3_store(out + 3 * j, u);
@@ -111,26 +112,29 @@ static double start_angle(const hb_frame_support *f, hb_v3 u, hb_v3 t, double ne
 /* Is the frame held "as the relaxed state has it", so that it is unknown at the start? */
 static bool deferred(const hb_frame_support *f) { return f->def->kind == HB_SUPPORT_ANGLE && f->def->held; }
 
+/* How much of the twist between two edges that is beyond the rest joint k takes: l_i/beta_i. */
+static double share_of(const hb_model *m, int k) { return m->voronoi[k] / (m->beta[k] > 0 ? m->beta[k] : 1); }
+
 /* Spreads twist evenly (as l_i / beta_i) between edge a (angle known) and edge b (angle known, or free). */
 static void spread(const hb_model *m, const hb_rod *rod, double *theta, int a, int b, bool b_known) {
   double rest = 0, compliance = 0;
   for (int i = a + 1; i <= b; i++) {
     int k = rod->first + i;
     rest += m->rest_twist[k];
-    compliance += m->voronoi[k] / (m->beta[k] > 0 ? m->beta[k] : 1);
+    compliance += share_of(m, k);
   }
   double excess = b_known ? theta[b] - theta[a] - rest : 0;
   for (int i = a + 1; i < b + (b_known ? 0 : 1); i++) {
     int k = rod->first + i;
-    theta[i] = theta[i - 1] + m->rest_twist[k] +
-               excess * (m->voronoi[k] / (m->beta[k] > 0 ? m->beta[k] : 1)) / compliance;
+    theta[i] = theta[i - 1] + m->rest_twist[k] + excess * share_of(m, k) / compliance;
   }
 }
 
-/* Material angles against the Bishop frame u: exact at prescribed frames, evenly spread between them. */
-static void guess_angles(const hb_model *m, const hb_rod *rod, const hb_rod_work *work, const double *u,
-                         double *theta) {
-  int last_known = -1, ne = rod->nv - 1;
+/* Angles of the prescribed frames, and between them; *first, *last: the edges with the first and the last of
+ * them, -1 where there is none. */
+static void guess_known(const hb_model *m, const hb_rod *rod, const hb_rod_work *work, const double *u,
+                        double *theta, int *first, int *last) {
+  int last_known = -1;
   double base = 0; /* angle of the last known frame without the turns that its support adds */
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
     const hb_frame_support *f = &m->frames[k];
@@ -145,14 +149,71 @@ static void guess_angles(const hb_model *m, const hb_rod *rod, const hb_rod_work
     if (last_known >= 0)
       spread(m, rod, theta, last_known, j, true);
     else
-      for (int i = j; i > 0; i--) theta[i - 1] = theta[i] - m->rest_twist[rod->first + i];
+      *first = j;
     last_known = j;
   }
-  if (last_known < 0) {
+  *last = last_known;
+  if (last_known < 0) *first = -1;
+}
+
+/* Material angles against the Bishop frame u: exact at prescribed frames, evenly spread between them. */
+static void guess_angles(const hb_model *m, const hb_rod *rod, const hb_rod_work *work, const double *u,
+                         double *theta) {
+  int first, last, ne = rod->nv - 1;
+  guess_known(m, rod, work, u, theta, &first, &last);
+  for (int i = first; i > 0; i--) theta[i - 1] = theta[i] - m->rest_twist[rod->first + i];
+  if (last < 0) {
     theta[0] = 0;
-    last_known = 0;
+    last = 0;
   }
-  if (last_known < ne - 1) spread(m, rod, theta, last_known, ne - 1, false);
+  if (last < ne - 1) spread(m, rod, theta, last, ne - 1, false);
+}
+
+/* Twist with which the ends of a closed rod are joined, in all; `natural` is what it would have by itself. A
+ * material frame with so much twist, carried once around, has to be turned by state->seam to meet itself: not
+ * at all after whole turns (12.2). */
+static double join(const hb_model *m, const hb_rod *rod, hb_state *state, const hb_rod_work *work,
+                   const double *u, double natural) {
+  const hb_rod_def *def = &m->def->rods[rod->index];
+  int n = rod->nv - 1;
+  double gap = hb_angle_about(hb_v3_load(u + 3 * n), hb_v3_load(u), tangent_at(work, n));
+  double *seam = &state->seam[rod->index], turns = 2 * HB_PI * def->closing_value;
+  if (def->closing == HB_CLOSING_TWIST) {
+    *seam = hb_nearest_angle(def->closing_value - gap, 0);
+    return def->closing_value;
+  }
+  *seam = hb_nearest_angle(turns, 0);
+  if (def->closing == HB_CLOSING_TURNS) return hb_nearest_angle(gap, natural) + turns;
+  double writhe = hb_rod_writhe(state->x + 3 * (size_t)rod->first, n, true);
+  return hb_nearest_angle(gap + turns, turns - 2 * HB_PI * writhe);
+}
+
+/* Material angles of a closed rod, that behind the last edge too: between prescribed frames as above, from
+ * the last of them (or the first edge) once around to the first of them evenly. */
+static void guess_around(const hb_model *m, const hb_rod *rod, hb_state *state, const hb_rod_work *work,
+                         const double *u, double *theta) {
+  int first, last, n = rod->nv - 1, o = rod->first;
+  double natural = 0, compliance = 0;
+  guess_known(m, rod, work, u, theta, &first, &last);
+  if (last < 0) {
+    first = last = 0;
+    theta[0] = 0;
+  }
+  int count = n - (last - first);
+  for (int step = 1; step <= count; step++) {
+    int i = last + step > n ? last + step - n : last + step;
+    natural += m->rest_twist[o + i];
+    compliance += share_of(m, o + i);
+  }
+  double between = theta[last] - theta[first], total = join(m, rod, state, work, u, between + natural);
+  double excess = total - between - natural, at = theta[last];
+  for (int step = 1; step <= count; step++) {
+    int i = last + step > n ? last + step - n : last + step;
+    at += m->rest_twist[o + i] + excess * share_of(m, o + i) / compliance;
+    if (i != first) theta[i] = at;
+    if (i == n) at -= total;
+    if (i == n && first > 0) theta[0] = at;
+  }
 }
 
 /* Initial frames. */
@@ -164,7 +225,10 @@ void hb_frames_start(const hb_model *model, const hb_rod *rod, hb_state *state, 
   hb_v3_store(state->anchor_m1 + 3 * rod->index, start);
   hb_v3_store(state->anchor_tangent + 3 * rod->index, t0);
   hb_frames_bishop(rod, work, state->anchor_m1 + 3 * rod->index, u);
-  guess_angles(model, rod, work, u, theta);
+  if (rod->closed)
+    guess_around(model, rod, state, work, u, theta);
+  else
+    guess_angles(model, rod, work, u, theta);
   state->theta_0[rod->index] = theta[0];
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
     int j = model->frames[k].slot - o;
@@ -185,9 +249,11 @@ void hb_frames_start(const hb_model *model, const hb_rod *rod, hb_state *state, 
       state->panel_twist[p] = theta[to] - theta[from];
     }
   if (rod->closed_form) return;
-  for (int j = 0; j + 1 < rod->nv; j++) {
+  for (int j = 0; j <= rod->last_joint; j++) {
     hb_v3 t = tangent_at(work, j);
-    hb_v3_store(state->m1 + 3 * (o + j), hb_turn(hb_v3_load(u + 3 * j), t, theta[j]));
+    bool again = j + 1 == rod->nv; /* the first edge, as the joint of a closed rod sees it */
+    hb_v3 m1 = again ? hb_v3_load(state->m1 + 3 * o) : hb_turn(hb_v3_load(u + 3 * j), t, theta[j]);
+    hb_v3_store(state->m1 + 3 * (o + j), m1);
     hb_v3_store(state->tangent + 3 * (o + j), t);
     if (j > 0) state->twist[o + j] = theta[j] - theta[j - 1];
   }
@@ -221,7 +287,8 @@ void hb_frames_closed(const hb_model *model, const hb_rod *rod, const hb_state *
       walk(model, rod, work, b, a, 0);
     } else {
       memcpy(work->m1 + 3 * a, state->anchor_m1 + 3 * rod->index, 3 * sizeof(double));
-      walk(model, rod, work, a, b, 0);
+      walk(model, rod, work, a, b, state->moment[s]);
+      if (rod->closed) memcpy(work->m1 + 3 * b, work->m1 + 3 * a, 3 * sizeof(double));
     }
   }
 }

@@ -12,6 +12,7 @@
 
 /* What is known about one rod at the current positions. Big enough for the longest rod. */
 typedef struct hb_rod_work {
+  /* per edge; of a closed rod the first edge once more behind the last, as far as joints see edges */
   double *tangent;    /* 3 per edge: t^j */
   double *inv_length; /* per edge: 1/|e^j| */
   double *m1;         /* 3 per edge: material directors of closed-form rods, where they are asked for */
@@ -22,11 +23,12 @@ typedef struct hb_rod_work {
   double *stress; /* 4 per vertex: B^j omega_i^j - pull, what the bending energy's gradient is made of */
   double *B_now;  /* 3 per edge: B, plus viscosity over the step where there is any */
   double *pull;   /* 4 per vertex: B omega-bar, plus what viscosity draws to */
-  double *gradient, *diagonal, *bending_diagonal, *off_diagonal, *delta, *pivot; /* per edge: twist Newton */
-  double *trial_m1;                                                              /* 3 per edge */
-  double *trial_twist;                                                           /* per vertex */
-  bool *held;  /* per edge: frame prescribed */
-  bool convex; /* the last Newton step of the twist saw a positive definite Hessian */
+  double *gradient, *diagonal, *bending_diagonal, *off_diagonal, *delta, *pivot,
+      *corner;         /* per edge: twist Newton */
+  double *trial_m1;    /* 3 per edge */
+  double *trial_twist; /* per vertex */
+  bool *held;          /* per edge: frame prescribed */
+  bool convex;         /* the last Newton step of the twist saw a positive definite Hessian */
   /* per prescribed frame of the whole model */
   double *frame_now;    /* 3: the director now */
   double *frame_turned; /* how far it was turned since the last call */
@@ -93,11 +95,23 @@ void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state
 double hb_elastic_commit(const hb_model *model, const hb_rod *rod, hb_state *state, const hb_rod_work *work,
                          double h);
 
+/* stretch.c: extensible rods; nothing where the rod is none. After hb_rod_geometry. */
+/* |e|/|e-bar| - 1 of edge slot k, from 1/|e|. */
+static inline double hb_stretch_strain(const hb_model *model, int k, double inv_length) {
+  return model->inv_rest_length[k] / inv_length - 1;
+}
+/* Adds the force of stretching on the rod's vertices to f. */
+void hb_stretch_force(const hb_model *model, const hb_rod *rod, const hb_rod_work *work, double *f);
+double hb_stretch_energy(const hb_model *model, const hb_rod *rod, const hb_rod_work *work);
+
 /* evaluate.c */
 /* Geometry, prescribed frames and quasi-static twist of one rod at time t and the state's positions. h as
  * above. */
 hb_status hb_rod_settle(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work,
                         double t, double h, hb_error *err);
+/* The two slots of the vertex where a closed rod's ends meet (f: 3 per slot of the model) get half of their
+ * sum each. Once more changes nothing. */
+void hb_rod_share_seam(const hb_rod *rod, double *f);
 /* After that: its elastic force into state->force, torques of supports into state->frame_torque. */
 void hb_rod_force(const hb_model *model, const hb_rod *rod, hb_state *state, hb_rod_work *work);
 /* Torque of the support on prescribed frame k, after hb_rod_settle and, for general rods, before the next

@@ -37,7 +37,10 @@ void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, 
     const hb_span *span = &model->spans[s];
     state->moment[s] = 0;
     if (span->panel_count == 0) continue;
-    hb_v3 d = hb_v3_load(work->frame_now + 3 * span->first_frame);
+    /* once around a closed rod: from the anchor on its first edge to the anchor, past the cut */
+    const double *start =
+        rod->closed ? state->anchor_m1 + 3 * rod->index : work->frame_now + 3 * span->first_frame;
+    hb_v3 d = hb_v3_load(start);
     double total = 0;
     for (int k = 0; k < span->panel_count; k++) {
       int p = span->first_panel + k;
@@ -45,8 +48,10 @@ void hb_twist_closed(const hb_model *model, const hb_rod *rod, hb_state *state, 
       int from = model->panels[p].from - rod->first, to = model->panels[p].to - rod->first;
       double expected = state->panel_twist[p];
       hb_v3 t = hb_v3_load(work->tangent + 3 * to), e;
-      if (k == 0) expected -= work->frame_turned[span->first_frame];
-      if (last) {
+      if (k == 0 && !rod->closed) expected -= work->frame_turned[span->first_frame];
+      if (last && rod->closed) {
+        e = hb_turn(hb_v3_load(start), t, state->seam[rod->index]);
+      } else if (last) {
         expected += work->frame_turned[span->last_frame];
         e = hb_v3_load(work->frame_now + 3 * span->last_frame);
       } else {

@@ -7,14 +7,13 @@
 
 #include "math/rotation.h"
 #include "math/small_angle.h"
+#include "rod/twist_ring.h"
 
 #include <float.h>
 #include <string.h>
 
 /* Turns longer than this are shortened: Newton's model of a cosine is no good beyond. */
 #define LONGEST_TURN 1.0
-/* A pivot below this part of its diagonal is better known from the sum of what makes it. */
-#define SOFT 1e-9
 /* A gradient below this part of the terms that it is made of is round-off. */
 #define ROUND_OFF (16 * DBL_EPSILON)
 
@@ -58,11 +57,12 @@ static void look_side(const hb_rod_work *w, int i, int side, double inv_l, hb_v3
 static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, const double *m1,
                        const double *twist) {
   int ne = rod->nv - 1, o = rod->first;
+  size_t seen = (size_t)(rod->last_joint + 1);
   hb_look look = {0, 0, 0, 0, DBL_MIN};
-  memset(w->gradient, 0, (size_t)ne * sizeof(double));
-  memset(w->bending_diagonal, 0, (size_t)ne * sizeof(double));
-  memset(w->diagonal, 0, (size_t)ne * sizeof(double));
-  for (int i = 1; i < ne; i++) {
+  memset(w->gradient, 0, seen * sizeof(double));
+  memset(w->bending_diagonal, 0, seen * sizeof(double));
+  memset(w->diagonal, 0, seen * sizeof(double));
+  for (int i = 1; i <= rod->last_joint; i++) {
     hb_v3 kb = hb_v3_load(w->kb + 3 * i);
     double inv_l = 1 / m->voronoi[o + i], gain = m->twist_gain[o + i];
     look_side(w, i, 0, inv_l, kb, m1, &look);
@@ -79,22 +79,19 @@ static hb_look look_at(const hb_model *m, const hb_rod *rod, hb_rod_work *w, con
     look.floor = fmax(look.floor, 4 * DBL_EPSILON * gain);
     look.scale = fmax(look.scale, gain * (fabs(twist[i]) + fabs(m->rest_twist[o + i])));
   }
+  if (rod->closed) { /* the edge behind the last is the first */
+    w->gradient[0] += w->gradient[ne];
+    w->bending_diagonal[0] += w->bending_diagonal[ne];
+    w->diagonal[0] += w->diagonal[ne];
+  }
   for (int j = 0; j < ne; j++)
     if (!w->held[j]) look.residual = fmax(look.residual, fabs(w->gradient[j]));
   return look;
 }
 
-/* The last pivot of a chain of edges that nothing holds: where bending is next to nothing beside twisting,
- * elimination leaves only round-off of it, but it is the stiffness against turning all edges alike, the sum
- * of their bending parts. Where that is negative its size is taken (the step then goes downhill); where it is
- * noise the chain is not turned. */
-static double soft_pivot(double bending_sum, double noise) {
-  return fabs(bending_sum) > noise ? fabs(bending_sum) : HUGE_VAL;
-}
-
 /* L D L^T of the tridiagonal Hessian with held edges taken out; false if a pivot is not clearly positive.
  * noise: what round-off there may be in the bending parts. */
-static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double shift, double noise) {
+static bool solve_chain(const hb_rod *rod, hb_rod_work *w, bool convex, double shift, double noise) {
   int ne = rod->nv - 1;
   bool loose = true; /* edges of this chain so far are coupled to no held one */
   double bending_sum = 0;
@@ -116,8 +113,8 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
       pivot -= ratio * link;
       right -= ratio * w->delta[j - 1];
     }
-    if (loose && ahead == 0 && fabs(pivot) < SOFT * whole)
-      pivot = soft_pivot(bending_sum, noise);
+    if (loose && ahead == 0 && fabs(pivot) < HB_TWIST_SOFT * whole)
+      pivot = hb_twist_soft_pivot(bending_sum, noise);
     else if (!(pivot > 1e-13 * whole) || pivot == 0)
       return false;
     w->pivot[j] = 1 / pivot;
@@ -129,6 +126,12 @@ static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double s
     w->delta[j] = (w->delta[j] - next) * w->pivot[j];
   }
   return true;
+}
+
+/* Open or closed. */
+static bool solve_turns(const hb_rod *rod, hb_rod_work *w, bool convex, double shift, double noise) {
+  return rod->closed ? hb_twist_solve_ring(rod, w, convex, shift, noise)
+                     : solve_chain(rod, w, convex, shift, noise);
 }
 
 /* A descent direction: Newton's if the Hessian is positive definite, else with as little added to its
@@ -165,6 +168,17 @@ static void turn_frames(const hb_rod *rod, hb_rod_work *w, const double *m1, con
     hb_v3_store(w->trial_m1 + 3 * j, (hb_v3){c * d.x + s * n.x, c * d.y + s * n.y, c * d.z + s * n.z});
     if (j > 0) w->trial_twist[j] = twist[j] + part * (w->delta[j] - w->delta[j - 1]);
   }
+  if (!rod->closed) return;
+  int n = rod->nv - 1;
+  memcpy(w->trial_m1 + 3 * n, w->trial_m1, 3 * sizeof(double));
+  w->trial_twist[n] = twist[n] + part * (w->delta[0] - w->delta[n - 1]);
+}
+
+/* The trial becomes what counts. */
+static void accept(const hb_rod *rod, const hb_rod_work *w, double *m1, double *twist) {
+  size_t seen = (size_t)(rod->last_joint + 1);
+  memcpy(m1, w->trial_m1, 3 * seen * sizeof(double));
+  memcpy(twist, w->trial_twist, seen * sizeof(double));
 }
 
 /* Newton until the gradient is round-off. m1, twist: the rod's part of the state, improved in place. */
@@ -196,8 +210,7 @@ static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state,
       now = look_at(m, rod, w, m1, twist);
       break;
     }
-    memcpy(m1, w->trial_m1, 3 * (size_t)(rod->nv - 1) * sizeof(double));
-    memcpy(twist, w->trial_twist, (size_t)(rod->nv - 1) * sizeof(double));
+    accept(rod, w, m1, twist);
     for (int j = 0; j + 1 < rod->nv; j++) state->spin[rod->first + j] += part * w->delta[j];
     now = next;
     if (stuck) break;
@@ -208,7 +221,7 @@ static hb_status minimise(const hb_model *m, const hb_rod *rod, hb_state *state,
 /* (kappa b)_i of all interior vertices from the tangents. */
 static void curvature_binormals(const hb_rod *rod, hb_rod_work *w) {
   hb_v3 t = hb_v3_load(w->tangent);
-  for (int i = 1; i + 1 < rod->nv; i++) {
+  for (int i = 1; i <= rod->last_joint; i++) {
     hb_v3 next = hb_v3_load(w->tangent + 3 * i);
     double chi = fmax(1 + hb_v3_dot(t, next), HB_FOLD_LIMIT);
     hb_v3_store(w->kb + 3 * i, hb_v3_scale(2 / chi, hb_v3_cross(t, next)));
@@ -224,11 +237,11 @@ static void set_targets(const hb_model *m, const hb_rod *rod, const hb_state *st
   memcpy(w->B_now, m->B + 3 * o, 3 * (size_t)nv * sizeof(double));
   memcpy(w->pull, m->rest_pull + 4 * o, 4 * (size_t)nv * sizeof(double));
   if (!(h > 0) || !m->def->rods[rod->index].viscosity) return;
-  for (int j = 0; j + 1 < nv; j++) {
+  for (int j = 0; j <= rod->last_joint; j++) {
     w->B_now[3 * j] += 1.5 * m->viscosity[o + j] / h;
     w->B_now[3 * j + 2] += 1.5 * m->viscosity[o + j] / h;
   }
-  for (int i = 1; i + 1 < nv; i++)
+  for (int i = 1; i <= rod->last_joint; i++)
     for (int c = 0; c < 4; c++) {
       double eta = m->viscosity[o + i - 1 + c / 2] / h;
       w->pull[4 * i + c] +=
@@ -247,10 +260,30 @@ static hb_v3 spin_on(hb_v3 d, hb_v3 t, double keep, double *spin) {
   return (hb_v3){c * d.x + s * n.x, c * d.y + s * n.y, c * d.z + s * n.z};
 }
 
+/* Twist of joint i from its two frames, nearest to what is expected; on the joint of a closed rod past the
+ * cut. */
+static double twist_at(const hb_rod *rod, const hb_state *state, const hb_rod_work *w, int i,
+                       double expected) {
+  const double *m1 = state->m1 + 3 * (size_t)rod->first;
+  hb_v3 t = hb_v3_load(w->tangent + 3 * i);
+  hb_v3 u = hb_transport(hb_v3_load(m1 + 3 * i - 3), hb_v3_load(w->tangent + 3 * i - 3), t);
+  double angle = hb_angle_about(u, hb_v3_load(m1 + 3 * i), t);
+  if (i + 1 == rod->nv) angle += state->seam[rod->index];
+  return hb_nearest_angle(angle, expected);
+}
+
+/* What the joint of a closed rod sees behind it: the first edge's frame. */
+static void repeat_first(const hb_rod *rod, hb_state *state) {
+  size_t first = 3 * (size_t)rod->first, behind = first + 3 * (size_t)(rod->nv - 1);
+  if (!rod->closed) return;
+  memcpy(state->m1 + behind, state->m1 + first, 3 * sizeof(double));
+  memcpy(state->tangent + behind, state->tangent + first, 3 * sizeof(double));
+}
+
 /* Frames to the new tangents; twists measured anew, their windings from the last step. */
 static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w) {
   int o = rod->first, ne = rod->nv - 1;
-  double turned_before = 0, keep = rod->frame_count > 0 ? 1 : 0.9;
+  double turned_before = 0, turned_first = 0, keep = rod->frame_count > 0 ? 1 : 0.9;
   for (int j = 0; j < ne; j++) {
     hb_v3 t = hb_v3_load(w->tangent + 3 * j), d;
     int frame = m->frame_of[o + j];
@@ -266,13 +299,14 @@ static void carry_frames(const hb_model *m, const hb_rod *rod, hb_state *state, 
     hb_v3_store(state->m1 + 3 * (o + j), d);
     hb_v3_store(state->tangent + 3 * (o + j), t);
     w->held[j] = frame >= 0;
-    if (j > 0) {
-      hb_v3 u = hb_transport(hb_v3_load(state->m1 + 3 * (o + j - 1)), hb_v3_load(w->tangent + 3 * j - 3), t);
-      double expected = state->twist[o + j] + turned - turned_before;
-      state->twist[o + j] = hb_nearest_angle(hb_angle_about(u, d, t), expected);
-    }
+    if (j == 0) turned_first = turned;
+    if (j > 0) state->twist[o + j] = twist_at(rod, state, w, j, state->twist[o + j] + turned - turned_before);
     turned_before = turned;
   }
+  repeat_first(rod, state);
+  if (!rod->closed) return;
+  double *joint = &state->twist[o + ne];
+  *joint = twist_at(rod, state, w, ne, *joint + turned_first - turned_before);
 }
 
 /* theta^0 against the anchor, on the branch where it was. */
@@ -284,8 +318,9 @@ void hb_twist_first_angle(const hb_rod *rod, hb_state *state, const double m1[3]
 
 /* Is there a direction in which the energy falls at second order? Pivots of the Hessian that are clearly
  * negative. */
-static bool on_a_saddle(const hb_rod *rod, const hb_rod_work *w) {
+static bool on_a_saddle(const hb_rod *rod, hb_rod_work *w) {
   double before = 1;
+  if (rod->closed) return hb_twist_ring_on_saddle(rod, w);
   for (int j = 0; j + 1 < rod->nv; j++) {
     if (w->held[j]) continue;
     double whole = w->diagonal[j] + fabs(w->bending_diagonal[j]),
@@ -309,8 +344,7 @@ static hb_status minimise_past_saddles(const hb_model *m, const hb_rod *rod, hb_
     state->scalar[HB_S_SADDLES]++;
     for (int j = 0; j + 1 < rod->nv; j++) w->delta[j] = w->held[j] ? 0 : 1e-3 * (1 + 0.1 * (j % 3));
     turn_frames(rod, w, m1, twist, 1);
-    memcpy(m1, w->trial_m1, 3 * (size_t)(rod->nv - 1) * sizeof(double));
-    memcpy(twist, w->trial_twist, (size_t)(rod->nv - 1) * sizeof(double));
+    accept(rod, w, m1, twist);
   }
 }
 
@@ -334,13 +368,9 @@ hb_status hb_twist_newton(const hb_model *m, const hb_rod *rod, hb_state *state,
 hb_status hb_twist_resume(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod_work *w,
                           hb_error *err) {
   double *m1 = state->m1 + 3 * (size_t)rod->first, *twist = state->twist + rod->first;
-  for (int j = 0; j + 1 < rod->nv; j++) {
-    hb_v3 t = hb_v3_load(w->tangent + 3 * j);
-    w->held[j] = m->frame_of[rod->first + j] >= 0;
-    if (j == 0) continue;
-    hb_v3 u = hb_transport(hb_v3_load(m1 + 3 * j - 3), hb_v3_load(w->tangent + 3 * j - 3), t);
-    twist[j] = hb_nearest_angle(hb_angle_about(u, hb_v3_load(m1 + 3 * j), t), twist[j]);
-  }
+  repeat_first(rod, state);
+  for (int j = 0; j + 1 < rod->nv; j++) w->held[j] = m->frame_of[rod->first + j] >= 0;
+  for (int i = 1; i <= rod->last_joint; i++) twist[i] = twist_at(rod, state, w, i, twist[i]);
   curvature_binormals(rod, w);
   set_targets(m, rod, state, w, 0);
   hb_status status =
@@ -381,7 +411,7 @@ void hb_twist_scan(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod
   double best = look_at(m, rod, w, m1, twist).energy, noise = 1e-9 * fabs(best), best_angle = 0;
   for (int k = 1; k < 16; k++) {
     double angle = 2 * HB_PI * k / 16;
-    for (int j = 0; j + 1 < rod->nv; j++)
+    for (int j = 0; j <= rod->last_joint; j++)
       hb_v3_store(w->trial_m1 + 3 * j,
                   hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(w->tangent + 3 * j), angle));
     double energy = look_at(m, rod, w, w->trial_m1, twist).energy;
@@ -390,15 +420,15 @@ void hb_twist_scan(const hb_model *m, const hb_rod *rod, hb_state *state, hb_rod
       best_angle = angle;
     }
   }
-  for (int j = 0; j + 1 < rod->nv; j++)
+  for (int j = 0; j <= rod->last_joint; j++)
     hb_v3_store(m1 + 3 * j, hb_turn(hb_v3_load(m1 + 3 * j), hb_v3_load(w->tangent + 3 * j), best_angle));
 }
 
 /* The gradient that the last look left behind. */
 void hb_twist_residual(const hb_rod *rod, const hb_rod_work *w, double *residual, double *scale) {
   *residual = *scale = 0;
-  for (int j = 0; j + 1 < rod->nv; j++) {
-    if (!w->held[j]) *residual = fmax(*residual, fabs(w->gradient[j]));
+  for (int j = 0; j <= rod->last_joint; j++) {
+    if (j + 1 < rod->nv && !w->held[j]) *residual = fmax(*residual, fabs(w->gradient[j]));
     double parts = j > 0 ? fabs(w->moment[j]) : 0;
     for (int c = 0; c < 4 && j > 0; c++)
       parts = fmax(parts, fabs(w->stress[4 * j + c] * w->omega[4 * j + (c ^ 1)]));

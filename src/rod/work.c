@@ -12,12 +12,25 @@ hb_status hb_rod_work_create(const hb_model *model, hb_rod_work *w, hb_error *er
   struct {
     double **array;
     size_t count;
-  } arrays[] = {{&w->tangent, 3 * n},      {&w->inv_length, n},  {&w->m1, 3 * n},
-                {&w->kb, 3 * g},           {&w->omega, 4 * g},   {&w->moment, g},
-                {&w->stress, 4 * g},       {&w->B_now, 3 * g},   {&w->pull, 4 * g},
-                {&w->gradient, g},         {&w->diagonal, g},    {&w->bending_diagonal, g},
-                {&w->off_diagonal, g},     {&w->delta, n},       {&w->pivot, g},
-                {&w->trial_m1, 3 * g},     {&w->trial_twist, g}, {&w->frame_now, 3 * frames},
+  } arrays[] = {{&w->tangent, 3 * n},
+                {&w->inv_length, n},
+                {&w->m1, 3 * n},
+                {&w->kb, 3 * g},
+                {&w->omega, 4 * g},
+                {&w->moment, g},
+                {&w->stress, 4 * g},
+                {&w->B_now, 3 * g},
+                {&w->pull, 4 * g},
+                {&w->gradient, g},
+                {&w->diagonal, g},
+                {&w->bending_diagonal, g},
+                {&w->off_diagonal, g},
+                {&w->delta, n},
+                {&w->pivot, g},
+                {&w->corner, g},
+                {&w->trial_m1, 3 * g},
+                {&w->trial_twist, g},
+                {&w->frame_now, 3 * frames},
                 {&w->frame_turned, frames}};
   size_t total = 0;
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) total += arrays[k].count;

@@ -4,6 +4,7 @@
 #define HB_SCENE_READ_H
 
 #include "hebra/scene.h"
+#include "hebra/sim.h"
 #include "scene/tree.h"
 
 /* One entry of the list of rods and what became of it. */
@@ -102,11 +103,21 @@ void hb_scene_arc_lengths(const double *xyz, int count, double *s);
 
 /* ---- sections
  * ---------------------------------------------------------------------------------------------------- */
+/* What becomes of the two ends of a curve. Ends meet if they are no further apart than round-off makes them;
+ * the last vertex is then put where the first is. */
+typedef enum hb_scene_ends {
+  HB_ENDS_OPEN,
+  HB_ENDS_MAY_MEET,
+  HB_ENDS_CLOSED /* where they do not meet an edge is added that leads back to the first vertex */
+} hb_scene_ends;
+
 /* A curve with its changes. base (NULL: none) stands in where no generator is given and gives the number of
  * vertices. halves: where a curve is divided, its first, its last edge gets half the length of the others.
  * *xyz is allocated. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
-                              const bool halves[2], double **xyz, int *count);
+                              const bool halves[2], hb_scene_ends ends, double **xyz, int *count);
+/* Has the curve (NULL: none) a generator of its own? */
+bool hb_scene_curve_generates(const hb_node *node);
 /* Is it the reader that chooses where on this curve (NULL: none) the vertices lie? */
 bool hb_scene_curve_divides(const hb_node *node);
 /* B, beta and mass of a rod. */
@@ -126,6 +137,8 @@ bool hb_scene_find_rods(const hb_scene_reader *r, const char *name, int *first, 
 hb_status hb_scene_read_rods(hb_scene_reader *r, const hb_node *node);
 /* gravity and forces; the rods must have been read. */
 hb_status hb_scene_read_forces(hb_scene_reader *r, const hb_node *root);
+/* trace; the parameters must have been read (read_trace.c). */
+hb_status hb_scene_read_trace(hb_scene_reader *r, const hb_node *node);
 /* hb_scene_parse with other limits; fuzzing uses small ones. */
 hb_status hb_scene_parse_limited(const char *text, size_t length, const hb_scene_reader *settings,
                                  const char *const *overrides, int override_count);

@@ -15,6 +15,7 @@ typedef struct polyline {
   int wanted;         /* vertices when the generator does not say; 0: it must */
   const bool *halves; /* first, last edge half as long as the others; may be NULL */
   int fine;           /* vertices of the division into halves that xyz holds; 0: none */
+  bool meets;         /* the last vertex is the first, and stays it */
 } polyline;
 
 /* One generator: reads its node and fills xyz and count. */
@@ -22,6 +23,46 @@ typedef struct generator {
   const char *key;
   hb_status (*make)(hb_scene_reader *r, const hb_node *node, polyline *line);
 } generator;
+
+/* Ends further apart than this part of the shortest edge do not meet. */
+#define MEETING 1e-9
+
+/* How far the last vertex is from the first, as a part of the shortest edge; last is put onto first if that
+ * is round-off. */
+static double join_ends(polyline *line) {
+  double shortest = HUGE_VAL;
+  double *last = line->xyz + 3 * (size_t)(line->count - 1);
+  for (int j = 0; j + 2 < line->count; j++)
+    shortest = fmin(shortest,
+                    hb_v3_norm(hb_v3_sub(hb_v3_load(line->xyz + 3 * j + 3), hb_v3_load(line->xyz + 3 * j))));
+  double gap = hb_v3_norm(hb_v3_sub(hb_v3_load(last), hb_v3_load(line->xyz)));
+  if (!(gap <= MEETING * shortest)) return gap / shortest;
+  memcpy(last, line->xyz, 3 * sizeof *last);
+  line->meets = true;
+  return 0;
+}
+
+/* One more edge, back to the first vertex. */
+static hb_status close_line(hb_scene_reader *r, const hb_node *node, polyline *line) {
+  if (line->count >= r->limits.vertices - r->vertices)
+    return hb_scene_fail(r, node, "the scene would hold more than %ld vertices, which is not allowed",
+                         r->limits.vertices);
+  double *grown = hb_realloc(line->xyz, 3 * ((size_t)line->count + 1), sizeof *grown);
+  if (!grown) return hb_fail_memory(r->err, "vertices");
+  r->vertices++;
+  line->xyz = grown;
+  memcpy(grown + 3 * (size_t)line->count, grown, 3 * sizeof *grown);
+  line->count++;
+  line->meets = true;
+  return HB_OK;
+}
+
+/* What the ends of a new curve do. */
+static hb_status settle_ends(hb_scene_reader *r, const hb_node *node, hb_scene_ends ends, polyline *line) {
+  if (ends == HB_ENDS_OPEN || line->count < 3) return HB_OK;
+  if (join_ends(line) == 0 || ends == HB_ENDS_MAY_MEET) return HB_OK;
+  return close_line(r, node, line);
+}
 
 /* Allocates count vertices within the scene's limit. */
 static hb_status make_room(hb_scene_reader *r, const hb_node *node, int count, polyline *line) {
@@ -407,7 +448,11 @@ static hb_status perturb(hb_scene_reader *r, const hb_node *node, polyline *line
   if (!status) status = hb_scene_vector(r, child, by);
   if (status) return status;
   if (vertex < 0) vertex += line->count;
+  bool end = line->meets && (vertex == 0 || vertex == line->count - 1);
   for (int c = 0; c < 3; c++) line->xyz[3 * vertex + c] += by[c];
+  if (end)
+    memcpy(line->xyz + (vertex == 0 ? 3 * (size_t)(line->count - 1) : 0), line->xyz + 3 * vertex,
+           3 * sizeof(double));
   return HB_OK;
 }
 
@@ -465,16 +510,33 @@ bool hb_scene_curve_divides(const hb_node *node) {
   return !hb_node_find(node, "vertices") && !hb_node_find(node, "file");
 }
 
+/* Any key of the list. */
+bool hb_scene_curve_generates(const hb_node *node) {
+  for (const generator *g = generators; node && g->key; g++)
+    if (hb_node_find(node, g->key)) return true;
+  return false;
+}
+
 /* Reads a curve. */
 hb_status hb_scene_read_curve(hb_scene_reader *r, const hb_node *node, const double *base, int base_count,
-                              const bool halves[2], double **xyz, int *count) {
+                              const bool halves[2], hb_scene_ends ends, double **xyz, int *count) {
   static const char *const keys[] = {"line",   "arc",     "ring",     "helix",   "catenary", "spline",
                                      "knot",   "formula", "vertices", "file",    "resample", "scale",
                                      "rotate", "move",    "displace", "perturb", NULL};
   polyline line = {.wanted = base_count, .halves = halves};
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = generate(r, node, base, &line);
+  if (!status) status = settle_ends(r, node, ends, &line);
   if (!status) status = change(r, node, &line);
+  if (!status && line.meets && line.count >= 3) {
+    double gap = join_ends(&line);
+    if (gap > 0)
+      status =
+          hb_scene_fail(r, node,
+                        "the changes of this closed curve tear it open: its last vertex is %.3g edges away "
+                        "from its first; what they do at u = 1 must be what they do at u = 0",
+                        gap);
+  }
   if (!status && line.count < 3)
     status = hb_scene_fail(r, node, "%d vertices are not allowed; at least 3 are expected", line.count);
   if (!status && base_count && line.count != base_count)

@@ -150,7 +150,8 @@ static hb_status read_vertex(hb_scene_reader *r, const hb_node *node, int rod, i
 static hb_status read_force(hb_scene_reader *r, const hb_node *node) {
   static const char *const keys[] = {"gravity", "point",  "distributed", "per_vertex", "wind",
                                      "rod",     "vertex", "follower",    NULL};
-  const hb_node *value, *vertex = hb_node_find(node, "vertex"), *turning = hb_node_find(node, "follower");
+  const hb_node *value = NULL, *vertex = hb_node_find(node, "vertex"),
+                *turning = hb_node_find(node, "follower");
   hb_force_kind kind = HB_FORCE_GRAVITY;
   hb_force_def *f;
   int rod = -1, rods = 0, index = 0;

@@ -16,6 +16,48 @@ static hb_status copy_shape(const hb_scene_reader *r, const double *from, int n,
   return HB_OK;
 }
 
+/* closed: false | true | {turns: number} | {twist: radians} | {link: number} */
+static hb_status read_closing(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
+  static const char *const keys[] = {"turns", "twist", "link", NULL};
+  static const hb_closing kinds[] = {HB_CLOSING_TURNS, HB_CLOSING_TWIST, HB_CLOSING_LINK};
+  const hb_node *closed = hb_node_find(node, "closed"), *used = NULL;
+  bool flag = false;
+  if (!closed) return HB_OK;
+  if (closed->kind == HB_NODE_SCALAR) {
+    if (strcmp(closed->text, "true") != 0 && strcmp(closed->text, "false") != 0)
+      return hb_scene_expected(r, closed, "true, false, or a mapping with one of turns, twist, link");
+    hb_status status = hb_scene_flag(r, closed, &flag);
+    if (!status && flag) rod->closing = HB_CLOSING_TURNS;
+    return status;
+  }
+  hb_status status = hb_scene_check_keys(r, closed, keys);
+  for (int k = 0; !status && k < 3; k++) {
+    const hb_node *child = hb_node_find(closed, keys[k]);
+    if (!child) continue;
+    if (used)
+      return hb_scene_fail_key(r, child, "\"%s\" is given already; one of turns, twist, link is expected",
+                               used->key);
+    used = child;
+    rod->closing = kinds[k];
+    status = hb_scene_number(r, child, HB_RULE_ANY, &rod->closing_value);
+  }
+  if (!status && !used)
+    return hb_scene_fail_key(r, closed, "nothing is given; one of turns, twist, link is expected (or true)");
+  return status;
+}
+
+/* start and end belong to open rods. */
+static hb_status check_ends(hb_scene_reader *r, const hb_node *node, const hb_rod_def *rod) {
+  static const char *const ends[] = {"start", "end"};
+  for (int k = 0; rod->closing != HB_CLOSING_NONE && k < 2; k++) {
+    const hb_node *child = hb_node_find(node, ends[k]);
+    if (child)
+      return hb_scene_fail_key(
+          r, child, "a closed rod has no %s; vertices and edges of it are held by \"supports\"", ends[k]);
+  }
+  return HB_OK;
+}
+
 /* rest and initial; either may be missing and is then like the other. */
 static hb_status read_shapes(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
   const hb_node *rest = hb_node_find(node, "rest"), *initial = hb_node_find(node, "initial");
@@ -26,10 +68,14 @@ static hb_status read_shapes(hb_scene_reader *r, const hb_node *node, hb_rod_def
   int count = 0;
   if (!rest && !initial)
     return hb_scene_fail_key(r, node, "the shape is missing; \"rest\", \"initial\" or both are expected");
+  /* a closed rod may be open at rest, like a straight one that was bent into a ring */
+  bool closed = rod->closing != HB_CLOSING_NONE;
+  hb_scene_ends now = closed ? HB_ENDS_CLOSED : HB_ENDS_OPEN,
+                before = closed && hb_scene_curve_generates(initial) ? HB_ENDS_MAY_MEET : now;
   hb_status status = HB_OK;
-  if (rest) status = hb_scene_read_curve(r, rest, NULL, 0, halves, &rod->rest, &rod->nv);
+  if (rest) status = hb_scene_read_curve(r, rest, NULL, 0, halves, before, &rod->rest, &rod->nv);
   if (!status && initial)
-    status = hb_scene_read_curve(r, initial, rod->rest, rod->nv, halves, &rod->initial, &count);
+    status = hb_scene_read_curve(r, initial, rod->rest, rod->nv, halves, now, &rod->initial, &count);
   if (!status && !rest) {
     rod->nv = count;
     status = copy_shape(r, rod->initial, count, &rod->rest);
@@ -82,6 +128,20 @@ static void keep_turns(const hb_scene_arc *arc, hb_rod_def *rod, int i) {
   rod->natural_twist[i] = l > 0 ? (twist - seen) / l : 0;
 }
 
+/* Directors of a rest shape that is closed, made to meet themselves: what they lack after one way around,
+ * evenly. */
+static void join_directors(const hb_scene_arc *arc, hb_rod_def *rod) {
+  int n = rod->nv - 1;
+  hb_v3 first = tangent_of(rod->rest, 0), last = tangent_of(rod->rest, n - 1);
+  hb_v3 around = hb_transport(hb_v3_load(rod->rest_m1 + 3 * (n - 1)), last, first);
+  double missing = hb_angle_about(around, hb_v3_load(rod->rest_m1), first), turned = 0;
+  for (int j = 1; j < n; j++) {
+    turned += missing * 0.5 * (arc->s[j + 1] - arc->s[j - 1]) / arc->s[n];
+    hb_v3_store(rod->rest_m1 + 3 * j,
+                hb_turn(hb_v3_load(rod->rest_m1 + 3 * j), tangent_of(rod->rest, j), turned));
+  }
+}
+
 /* Directors on the rest shape: parallel transport of the first, turned by the natural twist. */
 static void spread_directors(const hb_scene_arc *arc, hb_v3 first, hb_rod_def *rod) {
   hb_v3 t = tangent_of(rod->rest, 0), m1 = hb_project_normal(first, t);
@@ -125,6 +185,9 @@ static hb_status read_directors(hb_scene_reader *r, const hb_node *node, const h
     status = hb_scene_direction(r, one, d);
     if (!status) status = check_director(r, one, d, tangent_of(rod->rest, 0));
     if (!status) spread_directors(arc, hb_v3_load(d), rod);
+    const double *end = rod->rest + 3 * (size_t)(rod->nv - 1);
+    bool meets = hb_v3_norm(hb_v3_sub(hb_v3_load(end), hb_v3_load(rod->rest))) == 0;
+    if (!status && rod->closing != HB_CLOSING_NONE && meets) join_directors(arc, rod);
     return status;
   }
   snprintf(what, sizeof what, "a list of %d directions [x, y, z], one per edge,", rod->nv - 1);
@@ -176,7 +239,8 @@ static hb_status read_curvature(hb_scene_reader *r, const hb_node *node, const h
   hb_v3 given = hb_v3_load(rod->first_director);
   if (!status)
     build_rest(arc, k1, k2, hb_v3_norm(given) > 0 ? given : hb_any_normal(tangent_of(rod->initial, 0)), rod);
-  if (!status && !hb_node_find(node, "initial")) memcpy(rod->initial, rod->rest, 3 * n * sizeof *rod->rest);
+  bool built = !hb_node_find(node, "initial") && rod->closing == HB_CLOSING_NONE;
+  if (!status && built) memcpy(rod->initial, rod->rest, 3 * n * sizeof *rod->rest);
   hb_free(k1);
   hb_free(k2);
   return status;
@@ -226,7 +290,9 @@ static hb_status read_along(hb_scene_reader *r, const hb_node *node, hb_rod_def 
 /* One rod, or one copy of it. */
 hb_status hb_scene_read_rod(hb_scene_reader *r, const hb_node *node, hb_rod_def *rod) {
   hb_scene_place(node, &rod->line, &rod->column);
-  hb_status status = read_shapes(r, node, rod);
+  hb_status status = read_closing(r, node, rod);
+  if (!status) status = check_ends(r, node, rod);
+  if (!status) status = read_shapes(r, node, rod);
   if (!status) status = read_flags(r, node, rod);
   if (!status) status = read_along(r, node, rod);
   if (!status) status = hb_scene_read_supports(r, node, rod);

@@ -70,11 +70,11 @@ static hb_status read_tolerance(hb_scene_reader *r, const hb_node *node, hb_meth
 
 /* method */
 static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {
-      "integrator",           "time_step", "duration", "length_tolerance", "max_projections",
-      "max_twist_iterations", "precision", NULL};
+  static const char *const keys[] = {"integrator",       "time_step",       "duration",
+                                     "length_tolerance", "max_projections", "max_twist_iterations",
+                                     "precision",        "error_tolerance", NULL};
   static const char *const precisions[] = {"double", "single", NULL};
-  static const char *const integrators[] = {"symplectic-euler", "verlet", NULL};
+  static const char *const integrators[] = {"symplectic-euler", "verlet", "implicit", "backward-euler", NULL};
   hb_method_def *m = &r->def->method;
   const hb_node *step, *duration;
   int choice = 1, precision = 0;
@@ -90,6 +90,8 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   if (m->precision == HB_PRECISION_SINGLE) m->length_tolerance = 1e-5;
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
   if (!status)
+    status = hb_scene_number(r, hb_node_find(node, "error_tolerance"), HB_RULE_POSITIVE, &m->error_tolerance);
+  if (!status)
     status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
   if (!status)
     status =
@@ -99,13 +101,57 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   return m->integrator ? HB_OK : hb_fail_memory(r->err, "integrator");
 }
 
+/* A field or a group of fields. */
+static hb_status read_field(const hb_scene_reader *r, const hb_node *node, uint64_t *fields) {
+  const char *words[HB_FIELD_COUNT + 16] = {NULL};
+  int count = 0;
+  if (node->kind != HB_NODE_SCALAR) return hb_scene_expected(r, node, "the name of a field");
+  for (int k = 0; k < hb_field_group_count; k++) {
+    words[count++] = hb_field_groups[k].name;
+    if (strcmp(node->text, hb_field_groups[k].name) == 0) *fields |= hb_field_groups[k].fields;
+  }
+  for (int k = 0; k < hb_frame_field_count; k++) {
+    words[count++] = hb_frame_fields[k].name;
+    if (strcmp(node->text, hb_frame_fields[k].name) == 0) *fields |= (uint64_t)1 << k;
+  }
+  for (int k = 0; k < count; k++)
+    if (strcmp(node->text, words[k]) == 0) return HB_OK;
+  const char *near = hb_scene_nearest(node->text, words);
+  char list[1024] = "";
+  for (int k = 0; !near && k < count; k++) {
+    size_t used = strlen(list);
+    snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", words[k]);
+  }
+  return near ? hb_scene_fail(r, node, "\"%s\" is no field; the nearest name is \"%s\"", node->text, near)
+              : hb_scene_fail(r, node, "\"%s\" is no field; there are %s", node->text, list);
+}
+
+/* A name, or a list of them; positions are always there. */
+static hb_status read_fields(hb_scene_reader *r, const hb_node *node) {
+  uint64_t fields = HB_FIELD_BIT(position);
+  hb_status status = HB_OK;
+  if (!node) return HB_OK;
+  if (node->kind == HB_NODE_MAP) return hb_scene_expected(r, node, "a list of names of fields");
+  if (node->kind == HB_NODE_SCALAR) status = read_field(r, node, &fields);
+  for (int k = 0; !status && node->kind == HB_NODE_LIST && k < node->count; k++)
+    status = read_field(r, node->children[k], &fields);
+  if (!status) r->def->output.fields = fields;
+  return status;
+}
+
 /* output */
 static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"every", "checkpoint", NULL};
+  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", "link", NULL};
+  static const char *const precisions[] = {"double", "single", NULL};
+  int precision = 0;
   if (!node) return HB_OK;
   hb_status status = hb_scene_check_keys(r, node, keys);
   if (!status) status = hb_scene_whole(r, hb_node_find(node, "every"), 1, 1000000000, &r->def->output.every);
   const hb_node *checkpoint = hb_node_find(node, "checkpoint");
+  if (!status) status = read_fields(r, hb_node_find(node, "fields"));
+  if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
+  r->def->output.single = precision == 1;
+  if (!status) status = hb_scene_flag(r, hb_node_find(node, "link"), &r->def->output.link);
   if (!status)
     status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
   return status;
@@ -113,8 +159,8 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
 
 /* All sections. */
 static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
-  static const char *const keys[] = {"title",   "description", "units",  "parameters", "method",
-                                     "gravity", "rods",        "forces", "output",     NULL};
+  static const char *const keys[] = {"title", "description", "units",  "parameters", "method", "gravity",
+                                     "rods",  "forces",      "output", "trace",      NULL};
   const hb_node *method, *rods, *units = hb_node_find(root, "units");
   hb_status status = hb_scene_check_keys(r, root, keys);
   if (!status) status = hb_scene_text(r, hb_node_find(root, "title"), &r->def->title);
@@ -127,6 +173,7 @@ static hb_status read_root(hb_scene_reader *r, const hb_node *root) {
   if (!status) status = hb_scene_read_rods(r, rods);
   if (!status) status = hb_scene_read_forces(r, root);
   if (!status) status = read_output(r, hb_node_find(root, "output"));
+  if (!status) status = hb_scene_read_trace(r, hb_node_find(root, "trace"));
   return status;
 }
 

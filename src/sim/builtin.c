@@ -8,4 +8,5 @@ const hb_force_term *const hb_force_terms[] = {&hb_force_gravity, &hb_force_load
 
 const hb_constraint *const hb_constraints[] = {&hb_constraint_inextensible, NULL};
 
-const hb_integrator *const hb_integrators[] = {&hb_integrator_symplectic_euler, &hb_integrator_verlet, NULL};
+const hb_integrator *const hb_integrators[] = {&hb_integrator_symplectic_euler, &hb_integrator_verlet,
+                                               &hb_integrator_implicit, &hb_integrator_backward_euler, NULL};

@@ -1,5 +1,5 @@
 /* Equilibria of a simulation: the search of the statics room on the state of a sim. */
-#include "sim/sim.h"
+#include "sim/measure.h"
 
 #include "base/memory.h"
 #include "rod/resume.h"
@@ -154,6 +154,8 @@ void hb_sim_measure_equilibrium(hb_sim *sim, const hb_equilibrium *result, hb_fr
         length += along * along;
       }
       frame->tension[k] = 2 * result->multiplier[k] * m->inv_rest_length[k] * sqrt(length);
+      if (k + 1 < rod->first + rod->nv) frame->tension[k] += hb_measure_spring(m, k, x);
     }
+    hb_measure_internal_force(rod, frame);
   }
 }

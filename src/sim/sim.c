@@ -15,7 +15,9 @@ static hb_status find_integrator(hb_sim *sim, hb_error *err) {
   for (int k = 0; hb_integrators[k]; k++)
     if (strcmp(hb_integrators[k]->name, name) == 0) sim->integrator = hb_integrators[k];
   if (sim->integrator) return HB_OK;
-  return hb_fail(err, HB_ERR_INPUT, "method.integrator: \"%s\" is not known; symplectic-euler and verlet are",
+  return hb_fail(err, HB_ERR_INPUT,
+                 "method.integrator: \"%s\" is not known; symplectic-euler, verlet, "
+                 "implicit and backward-euler are",
                  name);
 }
 
@@ -29,11 +31,14 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
   hb_status status = find_integrator(sim, err);
   if (!status) status = hb_state_create(model, &sim->state, err);
   if (!status) status = hb_stepper_init(&sim->stepper, model, sim->state, hb_force_terms, err);
+  double *const lent[3] = {sim->stepper.v_predicted, sim->stepper.v_old, sim->stepper.x_old};
   if (!status)
-    status = hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work,
-                             sim->stepper.v_predicted, sim->stepper.x_old, err);
+    status =
+        hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work, lent, err);
   if (!status) status = hb_sim_start(sim, err);
-  if (!status) status = hb_stepper_use_lanes(&sim->stepper, err);
+  if (!status)
+    status = sim->integrator->implicit ? hb_stepper_use_implicit(&sim->stepper, err)
+                                       : hb_stepper_use_lanes(&sim->stepper, err);
   if (status) {
     hb_sim_free(sim);
     return status;
@@ -68,6 +73,12 @@ const hb_state *hb_sim_const_state(const hb_sim *sim) {
   hb_stepper_store(sim->lane_owner);
   return sim->state;
 }
+
+/* What measuring reads. */
+void hb_sim_snapshot(const hb_sim *sim, bool forces, hb_state *to) {
+  hb_stepper_snapshot(sim->lane_owner, forces, to);
+}
+
 /* How far the initial shape was moved. */
 double hb_sim_initial_correction(const hb_sim *sim) { return sim->initial_correction; }
 
@@ -77,13 +88,10 @@ long hb_sim_total_steps(const hb_sim *sim) {
   return (long)ceil(method->duration / method->time_step - 1e-9);
 }
 
-/* State and workspace. */
+/* State and workspaces; measuring borrows them. */
 size_t hb_sim_memory(const hb_sim *sim) {
-  size_t n = (size_t)sim->model->nv;
-  size_t stepper = (9 + (sim->model->any_follower ? 3 : 0)) * n * sizeof(double);
-  size_t lanes = sim->stepper.plan ? sim->stepper.plan->bytes : 0;
-  return lanes + sim->state->count * sizeof(double) + sim->stepper.rod_work.bytes +
-         sim->stepper.project_work.bytes + stepper;
+  return sizeof *sim + sizeof *sim->state + sim->state->count * sizeof(double) +
+         hb_stepper_memory(&sim->stepper);
 }
 
 /* 0 switches the clocks off. */

@@ -61,6 +61,33 @@ void hb_state_copy(hb_state *to, const hb_state *from) {
   memcpy(to->block, from->block, from->count * sizeof *from->block);
 }
 
+/* Copies what belongs to one rod, field by field; the running totals belong to none. */
+void hb_state_copy_rod(const hb_model *m, const hb_rod *rod, hb_state *to, const hb_state *from) {
+  const hb_span *spans = m->spans + rod->first_span;
+  int panels = 0;
+  for (int s = 0; s < rod->span_count; s++) panels += spans[s].panel_count;
+  for (int k = 0; k < hb_state_field_count; k++) {
+    const hb_state_field *field = &hb_state_fields[k];
+    int first = 0, count = 0;
+    switch (field->extent) {
+    case HB_PER_MODEL: break;
+    case HB_PER_SLOT: first = rod->first, count = rod->nv; break;
+    case HB_PER_GENERAL: first = rod->first, count = m->any_general ? rod->nv : 0; break;
+    case HB_PER_VISCOUS: first = rod->first, count = m->any_viscosity ? rod->nv : 0; break;
+    case HB_PER_PANEL: first = rod->span_count > 0 ? spans[0].first_panel : 0, count = panels; break;
+    case HB_PER_SPAN: first = rod->first_span, count = rod->span_count; break;
+    case HB_PER_ROD: first = rod->index, count = 1; break;
+    case HB_PER_FRAME: first = rod->first_frame, count = rod->frame_count; break;
+    }
+    double *target;
+    const double *source;
+    memcpy(&target, (const char *)to + field->offset, sizeof target);
+    memcpy(&source, (const char *)from + field->offset, sizeof source);
+    size_t at = (size_t)first * (size_t)field->components, size = (size_t)count * (size_t)field->components;
+    if (size > 0) memcpy(target + at, source + at, size * sizeof *target);
+  }
+}
+
 /* FNV-1a, 64 bit, over the bytes of the block. */
 uint64_t hb_state_hash(const hb_state *state) {
   uint64_t hash = 14695981039346656037u;

@@ -11,6 +11,8 @@
 
 /* No edge turns further than this in one iteration: beyond, the second derivatives say little. */
 #define LONGEST_TURN 0.8
+/* Edges that are springs get longer by the square of their turn, and nothing restores their lengths. */
+#define LONGEST_SPRING_TURN 0.3
 /* Supports are moved so far at a time that no edge turns further than this. */
 #define LONGEST_CARRY 0.3
 /* A step must lower the energy by at least this part of what its slope promises. */
@@ -32,18 +34,20 @@ typedef struct look {
 } look;
 
 /* What forces, stiffnesses and round-off of this rod are compared with. */
-static void find_scales(hb_statics *s, const hb_rod *rod) {
+void hb_statics_find_scales(hb_statics *s, const hb_rod *rod) {
   const hb_model *m = s->model;
-  double B = 0, load = 0, shortest = rod->length, length = rod->length;
+  double B = 0, load = 0, stretching = 0, shortest = rod->length, length = rod->length;
   for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
     B = fmax(B, fmax(m->B[3 * k], m->B[3 * k + 2]));
+    stretching = fmax(stretching, m->stretching[k]);
     shortest = fmin(shortest, m->rest_length[k]);
   }
   for (int k = rod->first; k < rod->first + rod->nv; k++)
     load += hb_v3_norm(hb_v3_load(s->state->load + 3 * k));
   s->unit = fmax(B / (length * length), load);
   double stiffness = s->unit / (length * length), ratio = length / shortest;
-  double round_off = 16 * DBL_EPSILON * (B * ratio * ratio / (length * length) + s->unit) * ratio * ratio;
+  double round_off =
+      16 * DBL_EPSILON * (B * ratio * ratio / (length * length) + stretching + s->unit) * ratio * ratio;
   s->floor = SOFT * stiffness;
   s->softest = fmax(s->floor, round_off / (length * length));
 }
@@ -54,19 +58,26 @@ static void guess_multipliers(hb_statics *s, const hb_rod *rod) {
                      s->multiplier + rod->first, &s->project_work);
 }
 
+/* The pull of edge j on its first vertex. */
+static hb_v3 pull_of(const hb_statics *s, const hb_rod *rod, const double *multiplier, int j) {
+  const double *x = s->state->x + 3 * (size_t)(rod->first + j);
+  return hb_v3_scale(2 * multiplier[j] * s->model->inv_rest_length[rod->first + j],
+                     hb_v3_sub(hb_v3_load(x + 3), hb_v3_load(x)));
+}
+
 /* Largest force on a free coordinate that neither loads, elasticity nor lengths balance. */
-static double unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
+double hb_statics_unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
   const hb_model *m = s->model;
-  const double *x = s->state->x;
   double most = 0;
+  int last = rod->first + rod->nv - 1;
   hb_v3 before = {0, 0, 0};
-  for (int i = 0; i < rod->nv; i++) {
+  if (rod->closed) before = pull_of(s, rod, multiplier, rod->nv - 2);
+  for (int i = 0; i + rod->closed < rod->nv; i++) {
     int k = rod->first + i;
-    hb_v3 pull = {0, 0, 0};
-    if (i + 1 < rod->nv)
-      pull = hb_v3_scale(2 * multiplier[i] * m->inv_rest_length[k],
-                         hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k)));
-    hb_v3 rest = hb_v3_add(hb_v3_load(s->state->force + 3 * k), hb_v3_sub(pull, before));
+    hb_v3 pull = {0, 0, 0}, force_on = hb_v3_load(s->state->force + 3 * k);
+    if (i + 1 < rod->nv) pull = pull_of(s, rod, multiplier, i);
+    if (rod->closed && i == 0) force_on = hb_v3_add(force_on, hb_v3_load(s->state->force + 3 * last));
+    hb_v3 rest = hb_v3_add(force_on, hb_v3_sub(pull, before));
     const double *force = &rest.x;
     for (int c = 0; c < 3; c++)
       if (m->inv_mass[3 * k + c] != 0) most = fmax(most, fabs(force[c]));
@@ -75,10 +86,14 @@ static double unbalanced(const hb_statics *s, const hb_rod *rod, const double *m
   return most;
 }
 
-/* Largest multiplier as a tension. */
-static double largest_tension(const hb_rod *rod, const double *multiplier) {
+/* Largest tension, by the multipliers or by the strains. */
+double hb_statics_largest_tension(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
+  const hb_model *m = s->model;
   double most = 0;
-  for (int j = 0; j + 1 < rod->nv; j++) most = fmax(most, 2 * fabs(multiplier[j]));
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    double strain = rod->extensible ? hb_stretch_strain(m, rod->first + j, s->rod_work.inv_length[j]) : 0;
+    most = fmax(most, 2 * fabs(multiplier[j]) + fabs(m->stretching[rod->first + j] * strain));
+  }
   return most;
 }
 
@@ -163,7 +178,8 @@ static hb_status check_held(hb_statics *s, const hb_rod *rod, hb_error *err) {
 static bool descend(hb_statics *s, const hb_rod *rod, double t, const look *now) {
   double change, before = s->energy;
   hb_statics_keep(s, rod);
-  for (double part = fmin(1, LONGEST_TURN / now->turn); part > SMALLEST_PART; part *= 0.5) {
+  double longest = rod->extensible ? LONGEST_SPRING_TURN : LONGEST_TURN;
+  for (double part = fmin(1, longest / now->turn); part > SMALLEST_PART; part *= 0.5) {
     bool there = hb_statics_try(s, rod, t, part, &change);
     double noise = (32 + rod->nv) * DBL_EPSILON * s->magnitude;
     if (there && change <= -ARMIJO * part * now->slope + noise) return true;
@@ -188,10 +204,11 @@ static hb_status look_around(hb_statics *s, const hb_rod *rod, double t, bool an
     /* what was predicted for this place, or what fits it now: whichever fits better tells how far off it is
      */
     new_multipliers(s, rod, s->scratch);
-    double expected = unbalanced(s, rod, multiplier), fitted = unbalanced(s, rod, s->scratch);
+    double expected = hb_statics_unbalanced(s, rod, multiplier),
+           fitted = hb_statics_unbalanced(s, rod, s->scratch);
     now->residual = fmin(expected, fitted);
     now->fitted = fitted < expected;
-    now->scale = fmax(s->unit, largest_tension(rod, multiplier));
+    now->scale = fmax(s->unit, hb_statics_largest_tension(s, rod, multiplier));
     /* next to equilibrium a long step is round-off along a mode without stiffness */
     if (now->residual > 1e-3 * now->scale || now->turn < 10 * turn_before || s->floor >= s->softest)
       return HB_OK;
@@ -342,13 +359,13 @@ hb_status hb_statics_solve(hb_statics *s, const hb_rod *rod, double from, double
   s->magnitude = 0;
   hb_status status = hb_statics_evaluate(s, rod, from, err);
   if (status) return status;
-  find_scales(s, rod);
+  hb_statics_find_scales(s, rod);
   guess_multipliers(s, rod);
   status = carry_supports(s, rod, from, t, options, result, err);
   if (!status) status = hb_statics_evaluate(s, rod, t, err);
   if (status) return status;
   s->magnitude = fabs(s->energy);
-  find_scales(s, rod);
+  hb_statics_find_scales(s, rod);
   guess_multipliers(s, rod);
   status = check_held(s, rod, err);
   return status ? status : balance(s, rod, t, options, options->max_iterations, true, result, err);

@@ -4,8 +4,8 @@
 
 #include "hebra/statics.h"
 #include "rod/rod.h"
+#include "solve/kkt.h"
 #include "solve/project.h"
-#include "statics/kkt.h"
 
 /* Puts the prescribed vertices of a rod where they are at time t. */
 typedef void (*hb_place)(void *context, const hb_rod *rod, double t);
@@ -42,6 +42,14 @@ void hb_statics_free(hb_statics *s);
 /* One rod from its state to equilibrium at time t, its supports carried from time `from`. Adds to *result. */
 hb_status hb_statics_solve(hb_statics *s, const hb_rod *rod, double from, double t,
                            const hb_equilibrium_options *options, hb_equilibrium *result, hb_error *err);
+
+/* What forces, stiffnesses and round-off of this rod are compared with: unit, floor, softest. */
+void hb_statics_find_scales(hb_statics *s, const hb_rod *rod);
+/* Largest force on a free coordinate that neither loads, elasticity nor lengths balance. multiplier: per edge
+ * of the rod. */
+double hb_statics_unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier);
+/* Largest multiplier as a tension. */
+double hb_statics_largest_tension(const hb_statics *s, const hb_rod *rod, const double *multiplier);
 
 /* ---- trial.c: places, energies, trials */
 

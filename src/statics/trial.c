@@ -28,11 +28,15 @@ hb_status hb_statics_create(hb_statics *s, const hb_model *model, hb_state *stat
   s->terms = terms;
   s->place = place;
   s->context = context;
-  for (int r = 0; r < model->rod_count; r++)
+  bool any_closed = false;
+  for (int r = 0; r < model->rod_count; r++) {
     if (model->rods[r].nv > longest) longest = model->rods[r].nv;
+    any_closed = any_closed || model->rods[r].closed;
+  }
   hb_status status = hb_rod_work_create(model, &s->rod_work, err);
   if (!status) status = hb_project_work_create(model, &s->project_work, err);
   if (!status) status = hb_kkt_create(longest, &s->kkt, err);
+  if (!status && any_closed) status = hb_kkt_add_border(&s->kkt, err);
   if (!status) status = hb_state_create(model, &s->kept, err);
   if (status) return status;
   s->multiplier = hb_alloc(n, sizeof *s->multiplier);
@@ -58,38 +62,15 @@ void hb_statics_free(hb_statics *s) {
   hb_free(s->direction);
 }
 
-/* Copies what belongs to one rod, field by field; the running totals belong to none. */
-static void copy_rod(const hb_model *m, const hb_rod *rod, hb_state *to, const hb_state *from) {
-  const hb_span *spans = m->spans + rod->first_span;
-  int panels = 0;
-  for (int s = 0; s < rod->span_count; s++) panels += spans[s].panel_count;
-  for (int k = 0; k < hb_state_field_count; k++) {
-    const hb_state_field *field = &hb_state_fields[k];
-    int first = 0, count = 0;
-    switch (field->extent) {
-    case HB_PER_MODEL: break;
-    case HB_PER_SLOT: first = rod->first, count = rod->nv; break;
-    case HB_PER_GENERAL: first = rod->first, count = m->any_general ? rod->nv : 0; break;
-    case HB_PER_VISCOUS: first = rod->first, count = m->any_viscosity ? rod->nv : 0; break;
-    case HB_PER_PANEL: first = rod->span_count > 0 ? spans[0].first_panel : 0, count = panels; break;
-    case HB_PER_SPAN: first = rod->first_span, count = rod->span_count; break;
-    case HB_PER_ROD: first = rod->index, count = 1; break;
-    case HB_PER_FRAME: first = rod->first_frame, count = rod->frame_count; break;
-    }
-    double *target;
-    const double *source;
-    memcpy(&target, (const char *)to + field->offset, sizeof target);
-    memcpy(&source, (const char *)from + field->offset, sizeof source);
-    size_t at = (size_t)first * (size_t)field->components, size = (size_t)count * (size_t)field->components;
-    if (size > 0) memcpy(target + at, source + at, size * sizeof *target);
-  }
+/* State to kept. */
+void hb_statics_keep(hb_statics *s, const hb_rod *rod) {
+  hb_state_copy_rod(s->model, rod, s->kept, s->state);
 }
 
-/* State to kept. */
-void hb_statics_keep(hb_statics *s, const hb_rod *rod) { copy_rod(s->model, rod, s->kept, s->state); }
-
 /* And back. */
-void hb_statics_undo(hb_statics *s, const hb_rod *rod) { copy_rod(s->model, rod, s->state, s->kept); }
+void hb_statics_undo(hb_statics *s, const hb_rod *rod) {
+  hb_state_copy_rod(s->model, rod, s->state, s->kept);
+}
 
 /* What a step evaluates, at rest and without viscosity. */
 hb_status hb_statics_evaluate(hb_statics *s, const hb_rod *rod, double t, hb_error *err) {
@@ -103,6 +84,7 @@ hb_status hb_statics_evaluate(hb_statics *s, const hb_rod *rod, double t, hb_err
   for (int k = 0; s->terms[k]; k++)
     if (!s->terms[k]->dissipative && s->terms[k]->active(s->model, rod))
       s->terms[k]->add(s->model, rod, t, state->x, s->none, NULL, state->load);
+  hb_rod_share_seam(rod, state->load);
   double sum = 0;
   for (size_t k = from; k < to; k++) {
     state->force[k] += state->load[k];
@@ -149,7 +131,7 @@ static double look_at_lengths(hb_statics *s, const hb_rod *rod, double *work) {
   const hb_model *m = s->model;
   double worst = 0;
   *work = 0;
-  for (int j = 0; j + 1 < rod->nv; j++) {
+  for (int j = 0; !rod->extensible && j + 1 < rod->nv; j++) {
     int k = rod->first + j;
     hb_v3 gradient;
     double C = hb_inextensible_edge(s->state->x + 3 * k, m->rest_length[k], m->inv_rest_length[k], &gradient);

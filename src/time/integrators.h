@@ -13,6 +13,7 @@ typedef struct hb_scheme {
 /* Takes every rod from the state's time over h. */
 hb_status hb_step_rods(hb_stepper *stepper, double h, const hb_scheme *scheme, hb_error *err);
 
-extern const hb_integrator hb_integrator_symplectic_euler, hb_integrator_verlet;
+extern const hb_integrator hb_integrator_symplectic_euler, hb_integrator_verlet, hb_integrator_implicit,
+    hb_integrator_backward_euler;
 
 #endif

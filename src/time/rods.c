@@ -42,8 +42,8 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   const char *scheme = m->def->method.integrator;
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
+  if (rod->closed || rod->extensible) return false; /* they go the plain way */
   if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
-  if (m->def->method.precision == HB_PRECISION_SINGLE && !fits_floats(m, rod)) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
     if (euler && hb_support_moves(m, &m->positions[k])) return false;
   for (int i = rod->first; i < rod->first + rod->nv; i++)
@@ -90,6 +90,21 @@ void hb_stepper_release_workers(hb_stepper *s) {
   s->workers = NULL;
 }
 
+/* Every array of hb_stepper_init and hb_stepper_use_lanes. */
+size_t hb_stepper_memory(const hb_stepper *s) {
+  const hb_model *m = s->model;
+  size_t vectors = 3 * (size_t)m->nv * sizeof(double), rods = (size_t)m->rod_count;
+  size_t bytes = s->rod_work.bytes + s->project_work.bytes + (s->follower_m1 ? 4 : 3) * vectors +
+                 (3 * (size_t)m->position_count + 2 * (size_t)m->frame_count) * sizeof(double) +
+                 rods * (sizeof *s->rates + sizeof *s->active + sizeof *s->uniform) +
+                 HB_BLOCK_STEPS * (size_t)m->def->force_count * sizeof *s->values + hb_pool_memory(s->pool);
+  bytes += hb_implicit_bytes(s->implicit);
+  if (s->plan) bytes += sizeof *s->plan + s->plan->bytes;
+  for (int w = 0; s->workers && w < hb_pool_threads(s->pool); w++)
+    bytes += sizeof *s->workers + s->workers[w].rod_work.bytes + s->workers[w].project_work.bytes;
+  return bytes;
+}
+
 /* Which units have supports that move, which rods that are alike? */
 static void look_at_supports(hb_stepper *s) {
   const hb_model *m = s->model;
@@ -114,7 +129,9 @@ hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
   unsigned char *wanted = hb_alloc((size_t)m->rod_count, 1);
   if (!wanted) return hb_fail_memory(err, "rods in lanes");
   for (int r = 0; r < m->rod_count; r++) {
-    if (fits_lanes(s, &m->rods[r])) wanted[r] = s->active[r] ? HB_WANTED_LOADED : 1;
+    if (!fits_lanes(s, &m->rods[r])) continue;
+    wanted[r] = HB_WANTED | (s->active[r] ? HB_WANTED_LOADED : 0);
+    if (kernels->single && !fits_floats(m, &m->rods[r])) wanted[r] |= HB_WANTED_DOUBLE;
   }
   hb_status status = hb_lane_plan_create(m, wanted, kernels, once, &s->plan, err);
   hb_free(wanted);
@@ -145,6 +162,55 @@ void hb_stepper_store(hb_stepper *s) {
   if (!s->plan || s->state_current || !s->lanes_current) return;
   hb_pool_run(s->pool, s->plan->unit_count, store_unit, s);
   s->state_current = true;
+}
+
+/* A snapshot on its way. */
+typedef struct snapshot {
+  const hb_stepper *s;
+  bool forces;
+  hb_state *to;
+} snapshot;
+
+/* One unit of it. */
+static void copy_unit(void *context, int index, int worker) {
+  const snapshot *shot = context;
+  (void)worker;
+  hb_unit_store_measured(shot->s->model, shot->to, &shot->s->plan->units[index], shot->forces);
+}
+
+/* The arrays with one entry per slot, entries from .. to-1. */
+static void copy_slots(const snapshot *shot, size_t from, size_t to) {
+  const hb_state *state = shot->s->state;
+  size_t vectors = 3 * (to - from) * sizeof(double);
+  memcpy(shot->to->x + 3 * from, state->x + 3 * from, vectors);
+  memcpy(shot->to->v + 3 * from, state->v + 3 * from, vectors);
+  if (shot->forces) memcpy(shot->to->force + 3 * from, state->force + 3 * from, vectors);
+  if (!shot->s->model->any_general) return;
+  memcpy(shot->to->m1 + 3 * from, state->m1 + 3 * from, vectors);
+  memcpy(shot->to->twist + from, state->twist + from, (to - from) * sizeof(double));
+}
+
+/* The short arrays are always in the state; the long ones come from the lanes where those are newer. */
+void hb_stepper_snapshot(hb_stepper *s, bool forces, hb_state *to) {
+  snapshot shot = {s, forces, to};
+  for (int k = 0; k < hb_state_field_count; k++) {
+    const hb_state_field *field = &hb_state_fields[k];
+    double *target, *source;
+    if (field->extent == HB_PER_SLOT || field->extent == HB_PER_GENERAL || field->extent == HB_PER_VISCOUS)
+      continue;
+    memcpy(&target, (char *)to + field->offset, sizeof target);
+    memcpy(&source, (char *)s->state + field->offset, sizeof source);
+    memcpy(target, source, hb_state_field_size(s->model, field) * sizeof(double));
+  }
+  if (!s->plan || s->state_current || !s->lanes_current) {
+    copy_slots(&shot, 0, (size_t)s->model->nv);
+    return;
+  }
+  hb_pool_run(s->pool, s->plan->unit_count, copy_unit, &shot);
+  for (int r = 0; r < s->model->rod_count; r++) {
+    size_t first = (size_t)s->model->rods[r].first;
+    if (s->plan->unit_of[r] < 0) copy_slots(&shot, first, first + (size_t)s->model->rods[r].nv);
+  }
 }
 
 /* Somebody holds the state to write to it. */

@@ -94,6 +94,7 @@ void hb_stepper_release(hb_stepper *s) {
   hb_free(s->uniform);
   hb_free(s->values);
   hb_free(s->follower_m1);
+  hb_implicit_free(s->implicit);
   hb_stepper_release_workers(s);
   hb_lane_plan_free(s->plan);
   hb_pool_free(s->pool);
@@ -207,21 +208,12 @@ static const double *follower_frames(hb_stepper *s, const hb_rod *rod) {
   return s->follower_m1;
 }
 
-/* Elastic force and loads. */
-hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const double *v, double h,
-                              hb_error *err) {
+/* Elastic force and loads, after the twist. */
+void hb_stepper_forces(hb_stepper *s, const hb_rod *rod, double t, const double *v) {
   hb_state *state = s->state;
-  hb_stepper_begin(s);
-  hb_status status = hb_rod_settle(s->model, rod, state, &s->rod_work, t, h, err);
-  if (status) return status;
-  hb_stepper_end(s, HB_STAGE_TWIST);
   hb_rod_force(s->model, rod, state, &s->rod_work);
   hb_stepper_end(s, HB_STAGE_ELASTIC);
-  if (!(s->rod_work.lowest_chi > HB_FOLD_LIMIT)) {
-    state->scalar[HB_S_FOLDS]++;
-    state->scalar[HB_S_FOLD_SLOT] = rod->first + hb_rod_find_fold(rod, &s->rod_work);
-  }
-  if (!s->active[rod->index]) return HB_OK;
+  if (!s->active[rod->index]) return;
   size_t from = 3 * (size_t)rod->first, to = from + 3 * (size_t)rod->nv;
   const double *m1 = follower_frames(s, rod);
   memset(state->load + from, 0, (to - from) * sizeof(double));
@@ -229,8 +221,25 @@ hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const 
     if (s->active[rod->index] & (1u << k))
       s->terms[k]->add(s->model, rod, t, state->x, v, m1,
                        s->terms[k]->dissipative ? state->force : state->load);
+  hb_rod_share_seam(rod, state->force);
+  hb_rod_share_seam(rod, state->load);
   for (size_t k = from; k < to; k++) state->force[k] += state->load[k];
   hb_stepper_end(s, HB_STAGE_LOADS);
+}
+
+/* Everything at the new place; folds are counted. */
+hb_status hb_stepper_evaluate(hb_stepper *s, const hb_rod *rod, double t, const double *v, double h,
+                              hb_error *err) {
+  hb_state *state = s->state;
+  hb_stepper_begin(s);
+  hb_status status = hb_rod_settle(s->model, rod, state, &s->rod_work, t, h, err);
+  if (status) return status;
+  hb_stepper_end(s, HB_STAGE_TWIST);
+  hb_stepper_forces(s, rod, t, v);
+  if (!(s->rod_work.lowest_chi > HB_FOLD_LIMIT)) {
+    state->scalar[HB_S_FOLDS]++;
+    state->scalar[HB_S_FOLD_SLOT] = rod->first + hb_rod_find_fold(rod, &s->rod_work);
+  }
   return HB_OK;
 }
 

@@ -16,6 +16,8 @@
 
 /* What one thread steps with. */
 typedef struct hb_lane_worker hb_lane_worker;
+/* What implicit schemes step with (implicit.h). */
+typedef struct hb_implicit hb_implicit;
 
 struct hb_stepper {
   const hb_model *model;
@@ -42,6 +44,7 @@ struct hb_stepper {
   hb_pool *pool;       /* threads, or NULL for one */
   hb_lane_plan *plan;  /* rods that step in lanes, or NULL */
   hb_lane_worker *workers; /* one per thread */
+  hb_implicit *implicit;   /* what implicit schemes need, or NULL */
   bool lanes_current;      /* the lanes hold the state */
   bool state_current;      /* the state's arrays do */
   bool lanes_finite;       /* after a step: all forces and velocities in lanes are numbers */
@@ -53,14 +56,23 @@ struct hb_stepper {
 hb_status hb_stepper_init(hb_stepper *stepper, const hb_model *model, hb_state *state,
                           const hb_force_term *const *terms, hb_error *err);
 void hb_stepper_release(hb_stepper *stepper);
+/* Bytes of all that it owns: workspaces, lanes, workers, pool. */
+size_t hb_stepper_memory(const hb_stepper *stepper);
 /* Puts rods into lanes for the scheme that the scene names; rods that do not fit are left to be stepped one
  * by one. After hb_stepper_init. */
 hb_status hb_stepper_use_lanes(hb_stepper *stepper, hb_error *err);
 void hb_stepper_release_workers(hb_stepper *stepper);
+/* Gets what an implicit scheme needs, for a run whose rods do not step in lanes. After hb_stepper_init. */
+hb_status hb_stepper_use_implicit(hb_stepper *stepper, hb_error *err);
+void hb_implicit_free(hb_implicit *implicit);
+size_t hb_implicit_bytes(const hb_implicit *implicit); /* NULL: 0 */
 /* May several steps be taken at once? Only if all rods step in lanes. */
 bool hb_stepper_may_block(const hb_stepper *stepper);
 /* Brings the state's arrays up to date with the lanes; the state may be read then. */
 void hb_stepper_store(hb_stepper *stepper);
+/* Copies what can be measured to another state of the model, from where it is: time and totals, positions,
+ * velocities, frames, twisting moments; with forces also those. The rest of `to` stays as it is. */
+void hb_stepper_snapshot(hb_stepper *stepper, bool forces, hb_state *to);
 /* The formulas of loads that depend on time alone, once for all rods, at the ends of the steps of a block. */
 void hb_stepper_look_at_forces(hb_stepper *stepper, double h);
 /* The state may have been written to: lanes are filled anew before the next step. */
@@ -84,6 +96,8 @@ void hb_stepper_place(hb_stepper *stepper, const hb_rod *rod, double t, double h
  */
 hb_status hb_stepper_evaluate(hb_stepper *stepper, const hb_rod *rod, double t, const double *v, double h,
                               hb_error *err);
+/* The second part of it: force and loads where the twist is in equilibrium already (hb_rod_settle). */
+void hb_stepper_forces(hb_stepper *stepper, const hb_rod *rod, double t, const double *v);
 /* Inextensibility of positions; at_old: along the gradients at x_old (SHAKE) instead of those of the iterate.
  * Books iterations and errors. */
 hb_status hb_stepper_project(hb_stepper *stepper, const hb_rod *rod, double h, bool at_old, hb_error *err);

@@ -31,5 +31,9 @@ static hb_status step(hb_stepper *s, double h, hb_error *err) {
 }
 
 const hb_integrator hb_integrator_symplectic_euler = {
-    "symplectic-euler", "symplectic Euler with fast projection (Goldenthal et al. 2007), as in the thesis", 1,
-    false, step};
+    "symplectic-euler",
+    "symplectic Euler with fast projection (Goldenthal et al. 2007), as in the thesis",
+    1,
+    false,
+    false,
+    step};

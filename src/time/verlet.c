@@ -63,5 +63,6 @@ static hb_status step(hb_stepper *s, double h, hb_error *err) {
 }
 
 const hb_integrator hb_integrator_verlet = {
-    "verlet", "constrained velocity Verlet (SHAKE and RATTLE), second order and time-symmetric", 2, true,
-    step};
+    "verlet", "constrained velocity Verlet (SHAKE and RATTLE), second order and time-symmetric",
+    2,        true,
+    false,    step};

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Help texts, version, unknown verbs, wrong arguments, output that cannot be written.
 source "$(dirname "$0")/../support/cli.sh"
-verbs=(run solve check info export render plot bench)
+verbs=(run solve modes check info export render plot bench validate)
 
 run "$HEBRA"; wants 2 'usage: hebra VERB'
 for word in --help -h help; do
@@ -19,7 +19,7 @@ for verb in "${verbs[@]}"; do
   run "$HEBRA" "$verb" --no-such-option; wants 2 "hebra $verb" 'no-such-option' "hebra $verb --help"
   check "a wrong option of $verb gives no standard output" test -z "$out"
 done
-for verb in run solve check info export render plot; do
+for verb in run solve modes check info export render plot; do
   run "$HEBRA" "$verb"; wants 2 "hebra $verb" "hebra $verb --help"
   arguments=()
   [ $verb != export ] || arguments=(--format csv)

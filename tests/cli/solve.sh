@@ -22,6 +22,10 @@ run "$HEBRA" solve "$scene" -o "$work/j" --json --quiet --set parameters.P=1; wa
 check "the report on standard output" test "$out" = "$(<"$work/j/report.json")"
 check "quiet is quiet" test -z "$err"
 
+# beside, not in, the results of a run of the same scene
+(cd "$work" && "$HEBRA" solve "$HEBRA_SOURCE/$scene" --quiet)
+check "a directory of its own" test -s "$work/out/cantilever-equilibrium/report.json" -a ! -e "$work/out/cantilever"
+
 # an unstable equilibrium is left, or kept with --any
 run "$HEBRA" solve scenes/statics/strut.yaml -o "$work/s"; wants 0 'stable equilibrium' '1 unstable equilibrium left'
 run "$HEBRA" solve scenes/statics/strut.yaml -o "$work/u" --any; wants 0 'unstable equilibrium, 2 unstable modes'

@@ -16,6 +16,8 @@ bool failing_alloc_disarm(void);
 long failing_alloc_count(void);
 /* Blocks allocated and not yet freed. */
 long failing_alloc_live(void);
+/* Bytes of those blocks, as the system rounds them. */
+long failing_alloc_bytes(void);
 
 /* Something that allocates: builds, uses and frees all it owns, whether it succeeds or not. */
 typedef hb_status (*failing_alloc_trial)(void *context, hb_error *err);
@@ -25,5 +27,8 @@ typedef hb_status (*failing_alloc_trial)(void *context, hb_error *err);
  * block behind, and the last run gives HB_OK. step > 1 tries only every step-th allocation. Returns the
  * number of allocations of a whole run; fails if that is none. */
 long failing_alloc_loop(failing_alloc_trial trial, void *context, long step);
+
+/* The same for a trial whose context is the hb_scene_def of a scene's text, every allocation in turn. */
+long failing_alloc_scene(failing_alloc_trial trial, const char *scene);
 
 #endif

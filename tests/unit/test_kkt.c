@@ -1,6 +1,6 @@
 /* The system of constrained equilibrium: its inertia against all eigenvalues of the dense matrix, its answers
  * against the matrix itself, for random rods under random tensions and compressions. */
-#include "statics/kkt.h"
+#include "solve/kkt.h"
 #include "support/near.h"
 #include "support/rods.h"
 

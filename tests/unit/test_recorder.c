@@ -220,7 +220,7 @@ static rlim_t length_of(const recording *r, long room, long frames) {
     fail_msg("%s", err.text);
   hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
   assert_true(file >= 0);
-  if (hb_layout_locate(file, path, r->s.model->nv, &map, &err)) fail_msg("%s", err.text);
+  if (hb_layout_locate(file, path, r->s.model, &map, &err)) fail_msg("%s", err.text);
   for (int k = 0; k < map.count; k++) {
     if (map.at[k] < last) continue;
     last = map.at[k];
