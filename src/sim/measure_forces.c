@@ -10,6 +10,7 @@
 static void prescribed_accelerations(hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   const hb_model *m = probe->model;
   double h = m->def->method.time_step, t = probe->state->scalar[HB_S_TIME], x[3];
+  if (hb_method_is_implicit(&m->def->method)) h *= 1e-3; /* their steps may be long beside what supports do */
   double t_before = t > h ? t - h : 0, inv = 1 / (t + h - t_before);
   double *after = probe->acceleration, *before = out->reaction; /* not measured yet */
   for (int n = rod->first_position; n < rod->first_position + rod->position_count; n++) {
