@@ -10,7 +10,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIELD, TOTAL, FORCE, NET_FORCE, WRITHE, OMEGA, UNSTABLE, NEUTRAL, ESCAPES, ITERATIONS, THRESHOLD };
+enum {
+  FIELD,
+  TOTAL,
+  FORCE,
+  NET_FORCE,
+  WRITHE,
+  OMEGA,
+  LINK,
+  LINK_ERROR,
+  UNSTABLE,
+  NEUTRAL,
+  ESCAPES,
+  ITERATIONS,
+  THRESHOLD
+};
 
 /* Numbers of a frame that belong to no vertex. */
 static const struct {
@@ -21,6 +35,7 @@ static const struct {
               {"kinetic", offsetof(hb_frame, kinetic), 1},
               {"bending", offsetof(hb_frame, bending), 1},
               {"twisting", offsetof(hb_frame, twisting), 1},
+              {"stretching", offsetof(hb_frame, stretching), 1},
               {"stretching", offsetof(hb_frame, stretching), 1},
               {"gravity", offsetof(hb_frame, gravity), 1},
               {"work_loads", offsetof(hb_frame, work_loads), 1},
@@ -35,9 +50,10 @@ static const struct {
 static const struct {
   const char *name;
   int kind, components; /* of one vertex; 0: of the whole */
-} others[] = {{"force", FORCE, 3},      {"net_force", NET_FORCE, 3},   {"writhe", WRITHE, 1},
-              {"mode_omega", OMEGA, 1}, {"unstable", UNSTABLE, 0},     {"neutral", NEUTRAL, 0},
-              {"escapes", ESCAPES, 0},  {"iterations", ITERATIONS, 0}, {"threshold", THRESHOLD, 0}};
+} others[] = {{"force", FORCE, 3},           {"net_force", NET_FORCE, 3}, {"writhe", WRITHE, 1},
+              {"mode_omega", OMEGA, 1},      {"link", LINK, 0},           {"link_error", LINK_ERROR, 0},
+              {"unstable", UNSTABLE, 0},     {"neutral", NEUTRAL, 0},     {"escapes", ESCAPES, 0},
+              {"iterations", ITERATIONS, 0}, {"threshold", THRESHOLD, 0}};
 enum { MOST_MODES = 1000 };
 enum { TOTALS = sizeof totals / sizeof totals[0], OTHERS = sizeof others / sizeof others[0] };
 
@@ -134,7 +150,8 @@ static hb_status find_name(const pieces *p, int nv, cli_probe *out, int *entries
   }
   return hb_fail(err, HB_ERR_INPUT,
                  "\"%s\" is no quantity; fields of trajectories, totals such as bending or "
-                 "momentum, force, net_force, writhe, unstable, neutral, escapes, iterations, mode_omega "
+                 "momentum, force, net_force, writhe, unstable, neutral, escapes, iterations, mode_omega, "
+                 "link, link_error "
                  "and threshold are",
                  p->name);
 }
@@ -194,7 +211,10 @@ hb_status cli_probe_parse(const char *text, const cli_moment *m, cli_probe *out,
     return hb_fail(err, HB_ERR_INPUT, "%s",
                    p.ranged ? "a range needs one of the words sum, least, most, size in front"
                             : "sum, least, most and size need a range such as [0:3]");
-  if (whole) return HB_OK;
+  if (whole) {
+    out->from = out->to = rod->first;
+    return HB_OK;
+  }
   if (out->kind == OMEGA) return read_index(p.from, m, entries, 0, &out->from, err);
   status = read_index(p.from, m, entries, 0, &out->from, err);
   if (!status) status = p.ranged || writhe ? read_index(p.to, m, entries, entries - 1, &out->to, err) : HB_OK;
@@ -239,6 +259,14 @@ static double entry(const cli_probe *p, const cli_moment *m, int slot) {
   return sqrt(sum);
 }
 
+/* Linking number of the rod, or how far twist and writhe are from it; NAN where it has none. */
+static double link_of(const cli_probe *p, const cli_moment *m) {
+  hb_link link;
+  int rod = m->model->rod_of[p->from];
+  if (hb_frame_link(m->model, m->frame, rod, &link, NULL) != HB_OK || !link.defined) return (double)NAN;
+  return p->kind == LINK ? link.link : link.error;
+}
+
 /* The number. */
 double cli_probe_read(const cli_probe *p, const cli_moment *m) {
   switch (p->kind) {
@@ -250,6 +278,8 @@ double cli_probe_read(const cli_probe *p, const cli_moment *m) {
   case ITERATIONS: return m->found ? (double)m->found->iterations : (double)NAN;
   case OMEGA:
     return m->modes && p->from < m->modes->count ? hb_mode_omega(&m->modes->mode[p->from]) : (double)NAN;
+  case LINK:
+  case LINK_ERROR: return link_of(p, m);
   case THRESHOLD: return m->threshold;
   default: break;
   }
