@@ -371,6 +371,7 @@ hb_status hb_journey_evaluate(const hb_journey *j, hb_error *err) {
   bool flexed = u->twisted && u->strips->uniform;
   hb_stepper_begin(j->s);
   if (u->twisted) hb_journey_pass(j, flexed ? FLEX : TRANSPORT);
+  if (flexed) hb_stepper_end(j->s, HB_STAGE_ELASTIC);
   if (u->twisted && folded(u)) return evaluate_rods(j, err);
   bool steady = u->steady && hb_journey_settle_steady(j);
   for (int n = 0; n < u->rod_count; n++) {
