@@ -28,7 +28,7 @@ typedef struct range {
 /* What check finds out about one rod. */
 typedef struct rod_summary {
   double mass;
-  range bending, twisting;
+  range bending, twisting, stretching;
 } rod_summary;
 
 /* What check finds out about the whole. */
@@ -53,12 +53,15 @@ static double soft_side(const double *B) { return 0.5 * (B[0] + B[2]) - hypot(0.
 
 /* Everything about one rod. */
 static rod_summary summarise_rod(const hb_model *m, const hb_rod *rod) {
-  rod_summary s = {.bending = {HUGE_VAL, -HUGE_VAL}, .twisting = {HUGE_VAL, -HUGE_VAL}};
+  rod_summary s = {.bending = {HUGE_VAL, -HUGE_VAL},
+                   .twisting = {HUGE_VAL, -HUGE_VAL},
+                   .stretching = {HUGE_VAL, -HUGE_VAL}};
   int last = rod->first + rod->nv - 1;
   for (int k = rod->first; k <= last; k++) s.mass += m->mass[k];
   for (int k = rod->first; k < last; k++) {
     widen(&s.bending, fmax(soft_side(&m->B[3 * k]), 0));
     widen(&s.bending, stiff_side(&m->B[3 * k]));
+    widen(&s.stretching, m->stretching[k]);
   }
   for (int p = rod->first_span; p < rod->first_span + rod->span_count; p++) {
     const hb_span *span = &m->spans[p];
@@ -72,7 +75,7 @@ static rod_summary summarise_rod(const hb_model *m, const hb_rod *rod) {
 /* Largest relative difference of an initial edge from its rest length. */
 static double length_mismatch(const hb_model *m, const hb_rod *rod) {
   double most = 0;
-  for (int k = rod->first; k < rod->first + rod->nv - 1; k++) {
+  for (int k = rod->first; !rod->extensible && k < rod->first + rod->nv - 1; k++) {
     const double *x = &m->initial[3 * k];
     double l = hypot(hypot(x[3] - x[0], x[4] - x[1]), x[5] - x[2]);
     most = fmax(most, fabs(l / m->rest_length[k] - 1));
@@ -196,8 +199,14 @@ static void print_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s
   char a[64], b[64];
   printf("rod        %s: %d vertices, length %g, mass %g\n", rod->name, rod->nv, rod->length, s->mass);
   printf("  kind     %s\n", kind_of(rod));
-  printf("  moduli   bending %s, twisting %s%s\n", in_range(s->bending, a), in_range(s->twisting, b),
-         def->viscosity ? ", with bending viscosity" : "");
+  static const char *const ways[] = {"", "turns beyond what makes the frame meet itself", "radians of twist",
+                                     "linking number"};
+  if (rod->closed)
+    printf("  closed   %d edges, the last vertex is the first; %s: %.9g\n", rod->nv - 1, ways[def->closing],
+           def->closing_value);
+  printf("  moduli   bending %s, twisting %s", in_range(s->bending, a), in_range(s->twisting, b));
+  if (rod->extensible) printf(", stretching %s", in_range(s->stretching, a));
+  printf("%s\n", def->viscosity ? ", with bending viscosity" : "");
   for (int k = 0; k < def->support_count; k++) print_support(&def->supports[k]);
   if (def->support_count == 0) printf("  support  none: the rod is free\n");
 }
@@ -312,6 +321,10 @@ static void json_rod(const hb_model *m, const hb_rod *rod, const rod_summary *s)
   json_number("bending_max", s->bending.hi, ", ");
   json_number("twisting_min", s->twisting.lo, ", ");
   json_number("twisting_max", s->twisting.hi, ", ");
+  if (rod->extensible) {
+    json_number("stretching_min", s->stretching.lo, ", ");
+    json_number("stretching_max", s->stretching.hi, ", ");
+  }
   printf("\"supports\": %d}", m->def->rods[rod->index].support_count);
 }
 

@@ -18,7 +18,7 @@ typedef struct cli_verb {
 } cli_verb;
 
 extern const cli_verb cli_verb_run, cli_verb_check, cli_verb_info, cli_verb_export, cli_verb_render,
-    cli_verb_plot, cli_verb_bench, cli_verb_solve, cli_verb_modes, cli_verb_validate, cli_verb_trace;
+    cli_verb_plot, cli_verb_bench, cli_verb_solve, cli_verb_trace, cli_verb_modes, cli_verb_validate;
 
 /* Prints "hebra VERB: sentence" to stderr and gives the exit status for the error: 2 for input, 1 otherwise.
  */

@@ -148,7 +148,8 @@ static hb_status print_links(hb_reader *reader, bool as_json, hb_error *err) {
       if (!info->rods[r].closed) continue;
       rod_link(&info->rods[r], position, twist, link);
       if (!as_json) {
-        printf("%-14.9g %-20s %-20.14g %-20.14g %.14g\n", time[n], info->rods[r].name, link[0], link[1], link[2]);
+        printf("%-14.9g %-20s %-20.14g %-20.14g %.14g\n", time[n], info->rods[r].name, link[0], link[1],
+               link[2]);
         continue;
       }
       hb_json_object(&json, NULL);

@@ -21,6 +21,7 @@ static const struct {
               {"kinetic", offsetof(hb_frame, kinetic), 1},
               {"bending", offsetof(hb_frame, bending), 1},
               {"twisting", offsetof(hb_frame, twisting), 1},
+              {"stretching", offsetof(hb_frame, stretching), 1},
               {"gravity", offsetof(hb_frame, gravity), 1},
               {"work_loads", offsetof(hb_frame, work_loads), 1},
               {"work_supports", offsetof(hb_frame, work_supports), 1},

@@ -41,8 +41,9 @@ static void draw_bar(const cli_progress *p, const hb_frame *frame) {
   fprintf(stderr,
           "\r[%s] %3.0f%%  t %.4g/%.4g  %.3g steps/s  energy %.5g (balance %.1e)  length %.1e  %.0f s left "
           "\033[K",
-          bar, 100 * part, frame->time, p->duration, rate, frame->kinetic + frame->bending + frame->twisting,
-          frame->balance, frame->length_error, left);
+          bar, 100 * part, frame->time, p->duration, rate,
+          frame->kinetic + frame->bending + frame->twisting + frame->stretching, frame->balance,
+          frame->length_error, left);
   fflush(stderr);
 }
 

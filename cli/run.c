@@ -1,8 +1,10 @@
 /* hebra run: simulate a scene, or go on from a checkpoint. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "base/threads.h"
 #include "cli/advice.h"
 #include "cli/cli.h"
+#include "cli/links.h"
 #include "cli/progress.h"
 #include "cli/watch.h"
 #include "output/file.h"
@@ -48,8 +50,10 @@ typedef struct run {
   hb_recorder *recorder; /* between its creation and finish, writer and frame are its own */
   cli_watch *watch;
   cli_progress progress;
+  cli_links links; /* if the scene asks for them */
   long frames;
   double largest_energy; /* in any frame so far */
+  double stepping;       /* seconds of processor of the thread that steps */
 } run;
 
 /* Parses argv; an exit status, or -1 to go on. */
@@ -190,7 +194,7 @@ static hb_status restore(run *r, hb_error *err) {
 
 /* Keeps the largest energy that a frame has shown. */
 static void note_energy(run *r, const hb_frame *frame) {
-  double energy = frame->kinetic + frame->bending + frame->twisting;
+  double energy = frame->kinetic + frame->bending + frame->twisting + frame->stretching;
   if (energy > r->largest_energy) r->largest_energy = energy;
 }
 
@@ -200,6 +204,7 @@ static void see_frame(void *context, const hb_frame *frame) {
   note_energy(r, frame);
   cli_progress_show(&r->progress, frame);
   if (r->watch) cli_watch_show(r->watch, frame);
+  if (r->links.model) cli_links_look(&r->links, frame);
 }
 
 /* A new trajectory takes the place of what another run left in the directory: the old checkpoint and report
@@ -220,15 +225,17 @@ static hb_status begin_files(run *r, long planned, hb_error *err) {
 /* From here on frames are written beside the run, if there is a processor for it. A run that is watched goes
  * no faster than what is shown. */
 static hb_status begin_recording(run *r, hb_error *err) {
-  hb_record_plan plan = {.writer = r->writer,
-                         .frame = r->frame,
-                         .frames = r->frames,
-                         .checkpoint = r->checkpoint,
-                         .checkpoint_seconds = r->def.output.checkpoint_seconds,
-                         .threaded = !r->watch && hb_processors() > 1,
-                         .fields = r->watch ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) : 0,
-                         .seen = see_frame,
-                         .context = r};
+  hb_record_plan plan = {
+      .writer = r->writer,
+      .frame = r->frame,
+      .frames = r->frames,
+      .checkpoint = r->checkpoint,
+      .checkpoint_seconds = r->def.output.checkpoint_seconds,
+      .threaded = !r->watch && hb_processors() > 1,
+      .fields = (r->watch ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) : 0) |
+                (r->links.model ? HB_FIELD_BIT(position) | HB_FIELD_BIT(m1) | HB_FIELD_BIT(twist) : 0),
+      .seen = see_frame,
+      .context = r};
   return hb_recorder_create(r->model, &plan, &r->recorder, err);
 }
 
@@ -259,6 +266,10 @@ static hb_status prepare(run *r, hb_error *err) {
     status = begin_files(r, planned, err);
   }
   if (!status && r->opt.watch) status = cli_watch_open(r->model, r->opt.watch, r->opt.speed, &r->watch, err);
+  if (!status && r->def.output.link) {
+    status = cli_links_begin(&r->links, r->model, err);
+    if (!status) cli_links_look(&r->links, r->frame);
+  }
   return status ? status : begin_recording(r, err);
 }
 
@@ -320,13 +331,19 @@ static hb_status step_through(run *r, hb_error *err) {
  * something else ended it. */
 static hb_status simulate(run *r, hb_error *err) {
   hb_error writing = {HB_OK, ""};
+  double begun = hb_clock_thread();
   hb_status status = step_through(r, err);
+  r->stepping = hb_clock_thread() - begun;
   if (hb_recorder_wait(r->recorder, &writing)) {
     *err = writing;
     status = writing.status;
   }
   r->frames = hb_recorder_frames(r->recorder);
   hb_recorder_complete(r->recorder);
+  if (!status && r->links.status) {
+    *err = r->links.err;
+    status = r->links.status;
+  }
   return status;
 }
 
@@ -340,7 +357,12 @@ static int finish(run *r, hb_status status, hb_error *err) {
   hb_status closing = hb_writer_close(r->writer, &later);
   r->writer = NULL;
   hb_report_facts facts = {.wall_seconds = cli_progress_seconds(&r->progress),
+                           .stepping_seconds = r->stepping,
+                           .writing_seconds = hb_recorder_seconds(r->recorder),
                            .peak_bytes = (size_t)usage.ru_maxrss * 1024,
+                           .link_frames = r->links.frames,
+                           .link_error = r->links.error,
+                           .link_jumps = r->links.jumps,
                            .stop_reason = status ? err->text : "finished",
                            .largest_energy = r->largest_energy};
   hb_status reporting =
@@ -353,6 +375,11 @@ static int finish(run *r, hb_status status, hb_error *err) {
   if (!r->opt.quiet)
     fprintf(stderr, "%ld frames in %s, figures in %s, %.2f s\n", r->frames, r->trajectory, r->report,
             cli_progress_seconds(&r->progress));
+  if (!r->opt.quiet && r->links.frames > 0)
+    fprintf(stderr, "link: twist + writhe closes to %.1e in %ld frames, jumped %ld times\n", r->links.error,
+            r->links.frames, r->links.jumps);
+  hb_report_books(r->model, r->start, r->frame, r->largest_energy, text);
+  if (!r->opt.quiet) fprintf(stderr, "%s\n", text);
   if (!r->opt.quiet && hb_report_books_warning(r->model, r->start, r->frame, r->largest_energy, text))
     fprintf(stderr, "warning: %s\n", text);
   if (!status) return CLI_DONE;
@@ -368,6 +395,7 @@ static int finish(run *r, hb_status status, hb_error *err) {
 static void release(run *r) {
   hb_recorder_free(r->recorder);
   if (r->watch) cli_watch_close(r->watch);
+  cli_links_free(&r->links);
   (void)hb_writer_close(r->writer, NULL);
   hb_frame_free(r->frame);
   hb_frame_free(r->start);

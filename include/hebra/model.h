@@ -69,6 +69,7 @@ typedef struct hb_rod_def {
   double *mass;          /* nv: > 0 */
   double *B;             /* 3 (nv-1): B11, B12, B22 of edge j in its material frame; positive semi-definite */
   double *beta;          /* nv: twisting modulus at interior vertices, >= 0 */
+  double *stretching;    /* nv-1: E A of edge j, > 0; NULL: the rod is inextensible */
   double *viscosity;     /* nv-1: bending-rate viscosity, same unit as B times time; NULL: 0 */
   double mass_damping;   /* 1/time: force -c m v */
   double first_director[3];  /* m1 of the first edge in the initial shape (projected); 0,0,0: chosen by the
@@ -146,6 +147,7 @@ typedef struct hb_output_def {
   double checkpoint_seconds; /* wall seconds between checkpoints, default 2; 0: at every frame */
   uint64_t fields;           /* HB_FIELD_BIT of those that the trajectory holds; 0: not said */
   bool single;               /* fields in the trajectory are floats */
+  bool link;                 /* look at the link of every rod that has one in every frame */
 } hb_output_def;
 
 /* A branch of equilibria over a parameter (hebra/trace.h). */
@@ -198,6 +200,7 @@ typedef struct hb_rod {
   bool closed;      /* vertex nv - 1 is vertex 0: each of the two slots holds half of it */
   int last_joint;   /* vertices 1 .. last_joint bend and twist: nv - 2, of a closed rod nv - 1 */
   bool closed_form; /* isotropic, straight at rest, no viscosity: twist in closed form */
+  bool extensible;  /* edges are springs; no constraint keeps their lengths */
   bool twist_free;  /* closed_form and no span has both ends held: no twisting moment ever */
   double length;    /* rest length */
   int first_span, span_count;
@@ -253,6 +256,7 @@ typedef struct hb_model {
   double *alpha;      /* bending modulus at interior vertices (closed-form rods) */
   double *bend_gain;  /* 8 alpha_i / l_i: the only bending number a closed-form step needs */
   double *B;          /* 3 per edge slot: B11 B12 B22 */
+  double *stretching; /* per edge slot: E A; 0 where the length is kept */
   double *viscosity;  /* per edge slot */
   double *beta;       /* interior vertices */
   double *twist_gain; /* 2 beta_i / l_i */
@@ -280,9 +284,9 @@ hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err
 void hb_model_free(hb_model *model);
 
 /* Estimate of the largest time step that the explicit schemes bear (docs/theory, 7.6): bending waves, twist,
- * tension from the loads and speeds at the start, viscosity, damping. rod: gets the rod that limits it, NULL
- * allowed. INFINITY if nothing limits it: without bending, damping, loads and motion there is no estimate,
- * and implicit schemes have no limit. */
+ * tension from the loads and speeds at the start, waves of stretching, viscosity, damping. rod: gets the rod
+ * that limits it, NULL allowed. INFINITY if nothing limits it: without bending, damping, loads and motion
+ * there is no estimate, and implicit schemes have no limit. */
 double hb_model_stable_step(const hb_model *model, int *rod);
 
 #ifdef __cplusplus

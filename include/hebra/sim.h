@@ -33,7 +33,9 @@ double hb_sim_initial_correction(const hb_sim *sim);
 double hb_sim_time(const hb_sim *sim);
 long hb_sim_steps(const hb_sim *sim);
 long hb_sim_total_steps(const hb_sim *sim); /* ceil(duration / time_step - 1e-9) */
-size_t hb_sim_memory(const hb_sim *sim);    /* bytes of state and workspace */
+/* Bytes of state and workspaces, those of all threads counted (without their stacks); the model and what
+ * measures on other threads (hb_measure_create) are not in it. */
+size_t hb_sim_memory(const hb_sim *sim);
 /* Seconds spent per stage, extrapolated from the timed steps. Only if hb_sim_time_stages(sim, n): time every
  * n-th step. */
 void hb_sim_time_stages(hb_sim *sim, int every);
@@ -74,7 +76,10 @@ typedef enum hb_location { HB_ON_VERTEX, HB_ON_EDGE } hb_location;
   F(internal_force, 3, HB_ON_EDGE, "force", "force of what follows the edge on what comes before it")        \
   F(internal_moment, 3, HB_ON_VERTEX, "force*length",                                                        \
     "moment of what follows on what comes before; elastic")                                                  \
-  F(bending_moment, 1, HB_ON_VERTEX, "force*length", "size of the internal moment across the rod")
+  F(bending_moment, 1, HB_ON_VERTEX, "force*length", "size of the internal moment across the rod")           \
+  F(strain, 1, HB_ON_EDGE, "1",                                                                              \
+    "length over the rest length, less 1; of inextensible rods what is left of it")                          \
+  F(energy_stretching, 1, HB_ON_EDGE, "energy", "stretching energy of the edge; 0 in inextensible rods")
 
 /* Numbers of the fields, HB_FIELD_position ..., and their bits in sets of fields. */
 typedef enum hb_field_number {
@@ -107,9 +112,10 @@ typedef struct hb_frame {
   uint64_t fields; /* those whose arrays were measured; the others hold what was there before */
   double time;
   long step;
-  double kinetic, bending, twisting, gravity;   /* energies; gravity only for constant uniform fields */
+  double kinetic, bending, twisting, stretching, gravity; /* energies; gravity for constant uniform fields */
   double work_loads, work_supports, dissipated; /* totals since the start; work_loads includes gravity */
-  double balance; /* kinetic+bending+twisting now - at start - work + dissipated: the scheme's error */
+  double balance; /* kinetic+bending+twisting+stretching now - at start - work + dissipated: the scheme's
+                     error */
   double momentum[3], angular_momentum[3];
   double length_error, worst_length_error;
 #define HB_DECLARE(name, components, location, unit, text) double *name;
@@ -145,14 +151,27 @@ void hb_measure_choose(hb_measure *measure, uint64_t fields);
  * forces: also what tension, reaction and internal_force are measured from. All else in `to` stays as it is.
  */
 void hb_sim_snapshot(const hb_sim *sim, bool forces, hb_state *to);
-/* Linking number of one edge of the ribbon that m1 makes of a rod with its centreline, total twist in turns, and
- * writhe of the polygon: link[0] = link[1] + link[2] (Calugareanu 1959; White 1969). Of a closed rod the first is a
- * number that stays as long as the rod does not pass through itself, a whole one unless it was closed with a cut
- * (docs/theory, 12.7); of an open one it is no more than the sum. frame needs the fields position and twist. Time
- * grows with the square of the number of vertices. */
-void hb_frame_rod_link(const hb_model *model, const hb_frame *frame, int rod, double link[3]);
+/* How a closed rod, or one whose first and last edge have prescribed frames, winds about itself, in turns.
+ * The latter is closed to a ring by a path without twist that goes straight on from its last edge, far around
+ * it, and straight into the first one. twist + writhe + closing is then the linking number, a whole number
+ * (Calugareanu, White, Fuller; docs/theory, 9.6). While the end edges stand still, twist + writhe only
+ * changes where the rod passes through itself, by 2. */
+typedef struct hb_link {
+  bool defined;   /* false: an end is free to turn; all else is 0 */
+  double twist;   /* sum of the twists of all vertices */
+  double writhe;  /* of the closed polygon */
+  double closing; /* between the last director, carried along the path, and the first: -1/2 to 1/2; of a
+                     closed rod by how much it was cut off where its ends meet, 0 without a cut */
+  double link;    /* the whole number nearest to their sum */
+  double error;   /* distance of the sum from it: round-off */
+} hb_link;
+bool hb_link_defined(const hb_model *model, int rod);
+/* Needs position, m1 and twist in the frame. Time grows with the square of the vertices. HB_ERR_MEMORY. */
+hb_status hb_frame_link(const hb_model *model, const hb_frame *frame, int rod, hb_link *out, hb_error *err);
 /* The rod's own totals: kinetic, bending, twisting. */
 void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, double energy[3]);
+double hb_frame_rod_stretching(const hb_model *model, const hb_frame *frame,
+                               int rod); /* the same of stretching */
 
 #ifdef __cplusplus
 }

@@ -17,7 +17,7 @@ enum {
   HB_S_STEP,             /* steps done (an integer) */
   HB_S_WORK_LOADS,       /* work done by external loads since the start */
   HB_S_WORK_SUPPORTS,    /* work done by moving supports */
-  HB_S_ENERGY_START,     /* kinetic + bending + twisting energy of the initial state */
+  HB_S_ENERGY_START,     /* kinetic + bending + twisting + stretching energy of the initial state */
   HB_S_DISSIPATED,       /* energy taken out by damping */
   HB_S_LENGTH_ERROR,     /* largest relative length error after the last step */
   HB_S_WORST_LENGTH,     /* the same, largest over the run */

@@ -40,6 +40,9 @@ void hb_pool_free(hb_pool *pool) { hb_free(pool); }
 /* The caller. */
 int hb_pool_threads(const hb_pool *pool) { return pool ? pool->threads : 1; }
 
+/* Only itself. */
+size_t hb_pool_memory(const hb_pool *pool) { return pool ? sizeof *pool : 0; }
+
 /* A plain loop. */
 void hb_pool_run(hb_pool *pool, int count, hb_task *task, void *context) {
   (void)pool;
@@ -206,6 +209,11 @@ void hb_pool_free(hb_pool *pool) {
 
 /* The caller and its workers. */
 int hb_pool_threads(const hb_pool *pool) { return pool ? pool->threads : 1; }
+
+/* Itself and its workers. */
+size_t hb_pool_memory(const hb_pool *pool) {
+  return pool ? sizeof *pool + (size_t)(pool->threads - 1) * sizeof *pool->workers : 0;
+}
 
 /* A phase. */
 void hb_pool_run(hb_pool *pool, int count, hb_task *task, void *context) {

@@ -20,8 +20,9 @@ typedef struct hb_pool hb_pool;
  * pool has one, whatever is asked for. HB_ERR_INPUT outside the range, HB_ERR_MEMORY if memory or the
  * system's threads run out; *out is then NULL. A pool serves one caller at a time. */
 hb_status hb_pool_create(int threads, hb_pool **out, hb_error *err);
-void hb_pool_free(hb_pool *pool);         /* NULL is allowed */
-int hb_pool_threads(const hb_pool *pool); /* NULL: 1 */
+void hb_pool_free(hb_pool *pool);           /* NULL is allowed */
+int hb_pool_threads(const hb_pool *pool);   /* NULL: 1 */
+size_t hb_pool_memory(const hb_pool *pool); /* bytes, without what the system takes for threads; NULL: 0 */
 
 /* A piece of work: 0 <= index < count, 0 <= worker < threads. Workers run at the same time. */
 typedef void hb_task(void *context, int index, int worker);

@@ -44,9 +44,9 @@ static hb_status allocate_tables(hb_model *m, hb_error *err) {
   } tables[] = {{&m->rest_length, 1}, {&m->inv_rest_length, 1}, {&m->arc, 1},
                 {&m->voronoi, 1},     {&m->weight, 1},          {&m->mass, 1},
                 {&m->inv_mass, 3},    {&m->alpha, 1},           {&m->bend_gain, 1},
-                {&m->B, 3},           {&m->viscosity, 1},       {&m->beta, 1},
-                {&m->twist_gain, 1},  {&m->rest_twist, 1},      {&m->rest_omega, 4},
-                {&m->rest_pull, 4},   {&m->initial, 3}};
+                {&m->B, 3},           {&m->viscosity, 1},       {&m->stretching, 1},
+                {&m->beta, 1},        {&m->twist_gain, 1},      {&m->rest_twist, 1},
+                {&m->rest_omega, 4},  {&m->rest_pull, 4},       {&m->initial, 3}};
   for (size_t k = 0; k < sizeof tables / sizeof tables[0]; k++) {
     *tables[k].table = hb_alloc((size_t)m->nv * (size_t)tables[k].components, sizeof(double));
     if (!*tables[k].table) return hb_fail_memory(err, "tables of the model");
@@ -70,6 +70,7 @@ static hb_status number_slots(hb_model *m, hb_error *err) {
                           .index = r,
                           .first = (int)slots,
                           .nv = def->rods[r].nv,
+                          .extensible = def->rods[r].stretching != NULL,
                           .closed = def->rods[r].closing != HB_CLOSING_NONE};
     m->rods[r].last_joint = m->rods[r].nv - (m->rods[r].closed ? 1 : 2);
     slots += def->rods[r].nv;
@@ -145,11 +146,12 @@ hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err
 void hb_model_free(hb_model *m) {
   if (!m) return;
   for (int k = 0; k < m->note_count; k++) hb_free(m->notes[k]);
-  void *tables[] = {m->notes,     m->rods,      m->rod_of, m->rest_length, m->inv_rest_length, m->arc,
-                    m->voronoi,   m->weight,    m->mass,   m->inv_mass,    m->alpha,           m->bend_gain,
-                    m->B,         m->viscosity, m->beta,   m->twist_gain,  m->rest_twist,      m->rest_omega,
-                    m->rest_pull, m->spans,     m->panels, m->positions,   m->frames,          m->frame_of,
-                    m->initial,   m->start_m1};
+  void *tables[] = {m->notes,   m->rods,       m->rod_of,     m->rest_length, m->inv_rest_length,
+                    m->arc,     m->voronoi,    m->weight,     m->mass,        m->inv_mass,
+                    m->alpha,   m->bend_gain,  m->B,          m->viscosity,   m->stretching,
+                    m->beta,    m->twist_gain, m->rest_twist, m->rest_omega,  m->rest_pull,
+                    m->spans,   m->panels,     m->positions,  m->frames,      m->frame_of,
+                    m->initial, m->start_m1};
   for (size_t k = 0; k < sizeof tables / sizeof tables[0]; k++) hb_free(tables[k]);
   hb_free(m);
 }

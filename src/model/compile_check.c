@@ -37,6 +37,31 @@ double hb_compile_least_tolerance(const hb_method_def *method) {
   return method->precision == HB_PRECISION_SINGLE ? 1e-6 : 1e-14;
 }
 
+/* What only implicit schemes can do, and what they cannot. */
+static hb_status check_implicit(const hb_scene_def *def, hb_error *err) {
+  const hb_method_def *m = &def->method;
+  bool implicit = hb_method_is_implicit(m);
+  if (!(m->error_tolerance >= 0 && isfinite(m->error_tolerance)))
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.error_tolerance: %g is not allowed; it must be > 0, or 0 for none",
+                           m->error_tolerance);
+  if (m->error_tolerance > 0 && !implicit)
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.error_tolerance: only the integrators implicit and backward-euler control "
+                           "their error");
+  if (implicit && m->precision == HB_PRECISION_SINGLE)
+    return hb_compile_fail(def, m->line, m->column, err,
+                           "method.precision: implicit schemes need double; single goes with verlet and "
+                           "symplectic-euler");
+  for (int r = 0; implicit && r < def->rod_count; r++)
+    if (def->rods[r].closing != HB_CLOSING_NONE)
+      return hb_compile_fail(
+          def, def->rods[r].line, def->rods[r].column, err,
+          "rod %s: implicit schemes do not step closed rods; verlet and symplectic-euler do",
+          def->rods[r].name ? def->rods[r].name : "without a name");
+  return HB_OK;
+}
+
 /* Method, output and loads. */
 hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
   const hb_method_def *m = &def->method;
@@ -52,6 +77,8 @@ hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
     return hb_compile_fail(def, m->line, m->column, err,
                            "method: %g steps are too many; at most 1e12 are possible",
                            m->duration / m->time_step);
+  hb_status status = check_implicit(def, err);
+  if (status) return status;
   if (!(m->length_tolerance > 0 && isfinite(m->length_tolerance)))
     return hb_compile_fail(def, m->line, m->column, err,
                            "method.length_tolerance: %g is not allowed; it must be > 0", m->length_tolerance);
@@ -73,7 +100,7 @@ hb_status hb_compile_check_scene(const hb_scene_def *def, hb_error *err) {
     return hb_compile_fail(def, 0, 0, err, "output.every: %d is not allowed; it must be >= 1",
                            def->output.every);
   for (int k = 0; k < def->force_count; k++) {
-    hb_status status = check_force(def, k, err);
+    status = check_force(def, k, err);
     if (status) return status;
   }
   return HB_OK;
@@ -188,18 +215,14 @@ hb_status hb_compile_check_rod(const hb_scene_def *def, int rod, hb_error *err) 
     const char *what;
     const double *a;
     int count, sign;
-  } arrays[] = {{"rest shape", r->rest, 3 * r->nv, 0},
-                {"initial shape", r->initial, 3 * r->nv, 0},
-                {"velocity", r->velocity, 3 * r->nv, 0},
-                {"mass", r->mass, r->nv, 2},
-                {"bending", r->B, 3 * (r->nv - 1), 0},
-                {"twisting", r->beta, r->nv, 1},
-                {"viscosity", r->viscosity, r->nv - 1, 1},
-                {"natural twist", r->natural_twist, r->nv, 0},
-                {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
-                {"mass damping", &r->mass_damping, 1, 1},
-                {"radius", &r->radius, 1, 2},
-                {"director", r->first_director, 3, 0}};
+  } arrays[] = {
+      {"rest shape", r->rest, 3 * r->nv, 0},         {"initial shape", r->initial, 3 * r->nv, 0},
+      {"velocity", r->velocity, 3 * r->nv, 0},       {"mass", r->mass, r->nv, 2},
+      {"bending", r->B, 3 * (r->nv - 1), 0},         {"twisting", r->beta, r->nv, 1},
+      {"viscosity", r->viscosity, r->nv - 1, 1},     {"stretching", r->stretching, r->nv - 1, 2},
+      {"natural twist", r->natural_twist, r->nv, 0}, {"rest directors", r->rest_m1, 3 * (r->nv - 1), 0},
+      {"mass damping", &r->mass_damping, 1, 1},      {"radius", &r->radius, 1, 2},
+      {"director", r->first_director, 3, 0}};
   hb_status status = HB_OK;
   for (size_t k = 0; !status && k < sizeof arrays / sizeof arrays[0]; k++)
     status = check_array(def, r, arrays[k].what, arrays[k].a, arrays[k].count, arrays[k].sign, err);

@@ -159,6 +159,7 @@ static void compile_stiffness(hb_model *m, const hb_rod_def *def, const hb_rod *
     int k = rod->first + j;
     for (int c = 0; c < 3; c++) m->B[3 * k + c] = def->B[3 * j + c];
     if (def->viscosity) m->viscosity[k] = def->viscosity[j];
+    if (def->stretching) m->stretching[k] = def->stretching[j];
   }
   if (rod->closed) { /* behind the last edge comes the first */
     int first = rod->first, behind = rod->first + rod->nv - 1;

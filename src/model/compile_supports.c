@@ -220,7 +220,7 @@ static hb_status check_reach(hb_model *m, const hb_rod *rod, int a, int b, hb_er
 /* Reach between all neighbouring prescribed vertices of a rod. */
 static hb_status check_room(hb_model *m, const hb_rod *rod, hb_error *err) {
   int last = -1;
-  for (int k = rod->first; k < rod->first + rod->nv; k++) {
+  for (int k = rod->first; !rod->extensible && k < rod->first + rod->nv; k++) {
     if (!held_somehow(m, k)) continue;
     hb_status status = last >= 0 ? check_reach(m, rod, last, k, err) : HB_OK;
     if (status) return status;

@@ -63,6 +63,7 @@ static void free_rod(hb_rod_def *def) {
   hb_free(def->mass);
   hb_free(def->B);
   hb_free(def->beta);
+  hb_free(def->stretching);
   hb_free(def->viscosity);
 }
 

@@ -126,7 +126,8 @@ static double damping_weight(const hb_model *m) {
 }
 
 /* Limit of one rod: the smallest over its vertices. Bending waves of the shortest length have 16 B/(rho A
- * l^4), twist adds at most 2.6 M/(rho A l^3), tension 4 T/(rho A l^2) to the square of the frequency. With
+ * l^4), twist adds at most 2.6 M/(rho A l^3), tension 4 T/(rho A l^2) to the square of the frequency;
+ * waves of stretching have 4 E A/(rho A l^2). With
  * the rate c of viscosity the limit is h^2 Omega^2 + 4 h c = 4. */
 static double rod_limit(const hb_model *m, const hb_rod *rod) {
   double limit = HUGE_VAL, load = load_on(m, rod), speed = speed_of(m, rod);
@@ -139,6 +140,9 @@ static double rod_limit(const hb_model *m, const hb_rod *rod) {
       double B = fmax(stiff_side(&m->B[3 * k - 3]), stiff_side(&m->B[3 * k]));
       double pull = load + per_length * speed * speed;
       double square = (16 * B / (l2 * l2) + 2.6 * moment / (l2 * l) + 4 * pull / l2) / per_length;
+      /* waves along an extensible rod are another motion than those across it */
+      double wave = 4 * fmax(m->stretching[k - 1], m->stretching[k]) / (l2 * per_length);
+      square = fmax(square, wave);
       double rate = 16 * fmax(m->viscosity[k - 1], m->viscosity[k]) / (l2 * l2 * per_length) +
                     damping_weight(m) * damping_rate(m, rod, wind, k);
       double fastest = rate + sqrt(rate * rate + square);

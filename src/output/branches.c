@@ -49,7 +49,7 @@ void hb_branch_measure(const hb_trace_point *point, const hb_model *model, const
         fmax(m[HB_MEASURE_amplitude], hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]));
   }
   m[HB_MEASURE_distance] = hypot(hypot(last[0] - x[0], last[1] - x[1]), last[2] - x[2]);
-  m[HB_MEASURE_energy] = frame->bending + frame->twisting;
+  m[HB_MEASURE_energy] = frame->bending + frame->twisting + frame->stretching;
   m[HB_MEASURE_energy_bending] = frame->bending;
   m[HB_MEASURE_energy_twisting] = frame->twisting;
   sum_supports(rod, frame, false, m + HB_MEASURE_start_force_x, m + HB_MEASURE_start_torque);

@@ -1,7 +1,7 @@
 #include "output/report.h"
 
 #include "output/file.h"
-#include "output/json.h"
+#include "output/report_parts.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -53,13 +53,15 @@ static void energies(hb_json *json, const char *key, const hb_frame *frame) {
   hb_json_number(json, "kinetic", frame->kinetic);
   hb_json_number(json, "bending", frame->bending);
   hb_json_number(json, "twisting", frame->twisting);
+  hb_json_number(json, "stretching", frame->stretching);
   hb_json_number(json, "gravity", frame->gravity);
-  hb_json_number(json, "sum_without_gravity", frame->kinetic + frame->bending + frame->twisting);
+  hb_json_number(json, "sum_without_gravity",
+                 frame->kinetic + frame->bending + frame->twisting + frame->stretching);
   hb_json_object_end(json);
 }
 
 /* Energies, work, momentum, lengths. */
-static void balance(hb_json *json, const hb_frame *start, const hb_frame *end) {
+static void balance(hb_json *json, const hb_frame *start, const hb_frame *end, double scale) {
   hb_json_object(json, "energy");
   energies(json, "start", start);
   energies(json, "end", end);
@@ -67,6 +69,7 @@ static void balance(hb_json *json, const hb_frame *start, const hb_frame *end) {
   hb_json_number(json, "work_of_supports", end->work_supports);
   hb_json_number(json, "dissipated", end->dissipated);
   hb_json_number(json, "balance", end->balance);
+  hb_json_number(json, "balance_relative", scale > 0 ? end->balance / scale : 0);
   hb_json_object_end(json);
   hb_json_object(json, "momentum");
   hb_json_vector(json, "linear_start", start->momentum, 3);
@@ -94,18 +97,10 @@ static void rod_twist(hb_json *json, const hb_rod *rod, const hb_frame *frame) {
   hb_json_number(json, "twisting_moment_most", most);
 }
 
-/* Three numbers. */
-void hb_report_link(hb_json *json, const char *key, const hb_model *model, int rod, const hb_frame *frame) {
-  static const char *const names[] = {"linking_number", "twist", "writhe"};
-  double link[3];
-  hb_frame_rod_link(model, frame, rod, link);
-  hb_json_object(json, key);
-  for (int c = 0; c < 3; c++) hb_json_number(json, names[c], link[c]);
-  hb_json_object_end(json);
-}
-
 /* All rods. */
-static void rods(hb_json *json, const hb_model *model, const hb_frame *start, const hb_frame *frame) {
+static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *start, const hb_frame *frame,
+                      hb_error *err) {
+  hb_status status = HB_OK;
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
     const hb_rod *rod = &model->rods[r];
@@ -125,16 +120,29 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *start, co
     hb_json_number(json, "kinetic", energy[0]);
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
+    hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     rod_twist(json, rod, frame);
-    if (rod->closed) hb_report_link(json, "link_start", model, r, start);
-    if (rod->closed) hb_report_link(json, "link", model, r, frame);
+    hb_report_supports(json, model, rod, frame);
+    if (!status) status = hb_report_link(json, "link_start", model, rod, start, err);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
+  return status;
+}
+
+/* What was seen of the links in all frames. */
+static void links(hb_json *json, const hb_report_facts *facts) {
+  if (facts->link_frames == 0) return;
+  hb_json_object(json, "link");
+  hb_json_integer(json, "frames", facts->link_frames);
+  hb_json_number(json, "largest_error", facts->link_error);
+  hb_json_integer(json, "jumps", facts->link_jumps);
+  hb_json_object_end(json);
 }
 
 /* Iterations, times, memory. */
-static void cost(hb_json *json, const hb_sim *sim, double wall_seconds, size_t peak_bytes) {
+static void cost(hb_json *json, const hb_sim *sim, const hb_report_facts *facts) {
   const double *scalar = hb_sim_const_state(sim)->scalar;
   double seconds[HB_STAGE_COUNT] = {0}, steps = (double)hb_sim_steps(sim);
   hb_sim_stage_seconds(sim, seconds);
@@ -143,14 +151,16 @@ static void cost(hb_json *json, const hb_sim *sim, double wall_seconds, size_t p
   hb_json_number(json, "twist_newton", steps > 0 ? scalar[HB_S_TWIST_ITERATIONS] / steps : 0);
   hb_json_object_end(json);
   hb_json_object(json, "seconds");
-  hb_json_number(json, "wall", wall_seconds);
+  hb_json_number(json, "wall", facts->wall_seconds);
+  hb_json_number(json, "stepping_thread", facts->stepping_seconds);
+  hb_json_number(json, "writing_thread", facts->writing_seconds);
   for (int k = 0; k < HB_STAGE_COUNT; k++) hb_json_number(json, hb_stage_names[k], seconds[k]);
   hb_json_object_end(json);
   hb_json_number(json, "ns_per_vertex_and_step",
-                 steps > 0 ? 1e9 * wall_seconds / (steps * hb_sim_model(sim)->nv) : HUGE_VAL);
+                 steps > 0 ? 1e9 * facts->wall_seconds / (steps * hb_sim_model(sim)->nv) : HUGE_VAL);
   hb_json_object(json, "memory_bytes");
   hb_json_integer(json, "simulation", (long long)hb_sim_memory(sim));
-  hb_json_integer(json, "process_peak", (long long)peak_bytes);
+  hb_json_integer(json, "process_peak", (long long)facts->peak_bytes);
   hb_json_object_end(json);
 }
 
@@ -190,16 +200,22 @@ static double negligible_energy(const hb_model *model) {
   return 1e-9 * sum;
 }
 
+/* The largest energy or work that the balance can be compared with. */
+static double books_scale(const hb_model *model, const hb_frame *start, const hb_frame *end,
+                          double largest_energy) {
+  double before = start->kinetic + start->bending + start->twisting + start->stretching;
+  double after = end->kinetic + end->bending + end->twisting + end->stretching;
+  double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
+  return fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
+}
+
 /* The books of energy. */
 bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const hb_frame *end,
                              double largest_energy, char text[HB_REPORT_SENTENCE]) {
   const char *integrator = model->def->method.integrator;
   double allowed = integrator && strcmp(integrator, "symplectic-euler") == 0 ? 0.2 : 0.05;
   bool damps = integrator && strcmp(integrator, "backward-euler") == 0; /* what is missing was meant to be */
-  double before = start->kinetic + start->bending + start->twisting;
-  double after = end->kinetic + end->bending + end->twisting;
-  double scale = fmax(fmax(before, after), fmax(largest_energy, negligible_energy(model)));
-  scale = fmax(scale, fmax(fabs(end->work_loads), fmax(fabs(end->work_supports), fabs(end->dissipated))));
+  double scale = books_scale(model, start, end, largest_energy);
   text[0] = 0;
   if (fabs(end->balance) <= allowed * scale || (damps && end->balance < 0)) return false;
   snprintf(
@@ -208,6 +224,20 @@ bool hb_report_books_warning(const hb_model *model, const hb_frame *start, const
       "(%.3g); the result is not to be trusted, a smaller time step is the cure",
       end->balance, 100 * fabs(end->balance) / scale, scale);
   return true;
+}
+
+/* Everything that came in and went out; what is left over is the scheme's. */
+void hb_report_books(const hb_model *model, const hb_frame *start, const hb_frame *end, double largest_energy,
+                     char text[HB_REPORT_SENTENCE]) {
+  double stored = end->bending + end->twisting + end->stretching;
+  double before =
+      end->kinetic + stored - end->work_loads - end->work_supports + end->dissipated - end->balance;
+  double scale = books_scale(model, start, end, largest_energy);
+  snprintf(text, HB_REPORT_SENTENCE,
+           "energy: kinetic %.6g + stored %.6g = at the start %.6g + work of loads %.6g + of supports %.6g - "
+           "dissipated %.6g + made by the scheme %.2e (%.2g %% of the largest)",
+           end->kinetic, stored, before, end->work_loads, end->work_supports, end->dissipated, end->balance,
+           scale > 0 ? 100 * fabs(end->balance) / scale : 0);
 }
 
 /* Things that a person should know of. */
@@ -253,11 +283,13 @@ hb_status hb_report_write(const char *path, const hb_sim *sim, const hb_frame *s
   hb_json_begin(&json, file.stream);
   scene(&json, model);
   outcome(&json, sim, facts->wall_seconds, facts->stop_reason);
-  balance(&json, start, end);
-  rods(&json, model, start, end);
-  cost(&json, sim, facts->wall_seconds, facts->peak_bytes);
+  balance(&json, start, end, books_scale(model, start, end, facts->largest_energy));
+  status = rods(&json, model, start, end, err);
+  links(&json, facts);
+  cost(&json, sim, facts);
   warnings(&json, sim, start, end, facts->largest_energy);
   hb_json_text(&json, "source", model->def->source);
   hb_json_end(&json);
-  return hb_file_end(&file, true, false, err);
+  hb_status ended = hb_file_end(&file, !status, false, status ? NULL : err);
+  return status ? status : ended;
 }

@@ -2,7 +2,7 @@
 #include "output/report.h"
 
 #include "output/file.h"
-#include "output/json.h"
+#include "output/report_parts.h"
 
 #include <math.h>
 
@@ -34,31 +34,9 @@ static void range(hb_json *json, const char *least_key, const char *most_key, co
   hb_json_number(json, most_key, most);
 }
 
-/* What supports give: forces on prescribed vertices, torques on prescribed frames. */
-static void supports(hb_json *json, const hb_model *model, const hb_rod *rod, const hb_frame *frame) {
-  hb_json_array(json, "reactions");
-  for (int k = rod->first; k < rod->first + rod->nv; k++) {
-    const double *mass = model->inv_mass + 3 * k;
-    if (mass[0] != 0 && mass[1] != 0 && mass[2] != 0) continue;
-    hb_json_object(json, NULL);
-    hb_json_integer(json, "vertex", k - rod->first);
-    hb_json_vector(json, "force", frame->reaction + 3 * k, 3);
-    hb_json_object_end(json);
-  }
-  hb_json_array_end(json);
-  hb_json_array(json, "torques");
-  for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++) {
-    int slot = model->frames[k].slot;
-    hb_json_object(json, NULL);
-    hb_json_integer(json, "edge", slot - rod->first);
-    hb_json_number(json, "torque", frame->torque[slot]);
-    hb_json_object_end(json);
-  }
-  hb_json_array_end(json);
-}
-
 /* All rods. */
-static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
+static hb_status rods(hb_json *json, const hb_model *model, const hb_frame *frame, hb_error *err) {
+  hb_status status = HB_OK;
   hb_json_array(json, "rods");
   for (int r = 0; r < model->rod_count; r++) {
     const hb_rod *rod = &model->rods[r];
@@ -72,17 +50,19 @@ static void rods(hb_json *json, const hb_model *model, const hb_frame *frame) {
     hb_json_number(json, "length", rod->length);
     hb_json_number(json, "bending", energy[1]);
     hb_json_number(json, "twisting", energy[2]);
+    hb_json_number(json, "stretching", hb_frame_rod_stretching(model, frame, r));
     hb_json_number(json, "total_twist", twist);
     range(json, "twisting_moment_least", "twisting_moment_most", frame->twisting_moment, rod->first + 1,
           behind);
     range(json, "tension_least", "tension_most", frame->tension, rod->first, last);
     hb_json_vector(json, "first_vertex", frame->position + 3 * rod->first, 3);
     hb_json_vector(json, "last_vertex", frame->position + 3 * last, 3);
-    if (rod->closed) hb_report_link(json, "link", model, r, frame);
-    supports(json, model, rod, frame);
+    hb_report_supports(json, model, rod, frame);
+    if (!status) status = hb_report_link(json, "link", model, rod, frame, err);
     hb_json_object_end(json);
   }
   hb_json_array_end(json);
+  return status;
 }
 
 /* Whole or not at all. */
@@ -100,14 +80,16 @@ hb_status hb_report_equilibrium(const char *path, const hb_model *model, const h
   hb_json_object(&json, "energy");
   hb_json_number(&json, "bending", frame->bending);
   hb_json_number(&json, "twisting", frame->twisting);
+  hb_json_number(&json, "stretching", frame->stretching);
   hb_json_number(&json, "gravity", frame->gravity);
   hb_json_object_end(&json);
   hb_json_number(&json, "length_error", frame->length_error);
-  rods(&json, model, frame);
+  status = rods(&json, model, frame, err);
   hb_json_array(&json, "warnings");
   for (int k = 0; k < model->note_count; k++) hb_json_text(&json, NULL, model->notes[k]);
   hb_json_array_end(&json);
   hb_json_text(&json, "source", model->def->source);
   hb_json_end(&json);
-  return hb_file_end(&file, true, false, err);
+  hb_status ended = hb_file_end(&file, !status, false, status ? NULL : err);
+  return status ? status : ended;
 }

@@ -23,5 +23,6 @@ const hb_series hb_series_table[] = {
     VECTOR(angular_momentum, "mass*length^2/time", "angular momentum about the origin"),
     ROW(length_error, "1", "largest relative length error of an edge"),
     ROW(worst_length_error, "1", "the same, largest over the run"),
+    ROW(stretching, "energy", "stretching energy; 0 where rods are inextensible"),
 };
 const int hb_series_count = (int)(sizeof hb_series_table / sizeof hb_series_table[0]);

@@ -31,6 +31,7 @@ void hb_rod_force(const hb_model *model, const hb_rod *rod, hb_state *state, hb_
     hb_elastic_closed(model, rod, state, work, state->force);
   else
     hb_elastic_general(model, rod, state, work, state->force);
+  hb_stretch_force(model, rod, work, state->force);
   hb_rod_share_seam(rod, state->force);
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
     state->frame_torque[k] = hb_rod_frame_torque(model, rod, state, work, k);

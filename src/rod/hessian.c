@@ -140,13 +140,12 @@ static inline void add_block(hb_band *K, int row, int column, const double *bloc
     for (int r = row == column ? c : 0; r < 3; r++) at[r] += block[3 * c + r];
 }
 
-/* From edges to vertices: e^{i-1} = x_i - x_{i-1}, e^i = x_{i+1} - x_i. at: number of x_{i-1}. */
-static void scatter(const joint *v, int at, int stride, hb_band *K) {
-  double aa[9], ab[9], bb[9], block[9];
+/* From edges to vertices: e^{i-1} = x_i - x_{i-1}, e^i = x_{i+1} - x_i. at: number of x_{i-1}; blocks between
+ * the edges, row by row. */
+static void scatter_edges(const double aa[9], const double ab[9], const double bb[9], int at, int stride,
+                          hb_band *K) {
+  double block[9];
   int x[3] = {at, at + stride, at + 2 * stride};
-  edge_block(v, 0, 0, aa);
-  edge_block(v, 0, 1, ab);
-  edge_block(v, 1, 1, bb);
   add_block(K, x[0], x[0], aa);
   add_block(K, x[2], x[2], bb);
   for (int k = 0; k < 9; k++) block[k] = ab[k] - aa[k];
@@ -159,6 +158,42 @@ static void scatter(const joint *v, int at, int stride, hb_band *K) {
     for (int r = 0; r < 3; r++)
       block[3 * c + r] = aa[3 * c + r] - ab[3 * c + r] - ab[3 * r + c] + bb[3 * c + r];
   add_block(K, x[1], x[1], block);
+}
+
+/* The blocks of a joint, and where they go. */
+static void scatter(const joint *v, int at, int stride, hb_band *K) {
+  double aa[9], ab[9], bb[9];
+  edge_block(v, 0, 0, aa);
+  edge_block(v, 0, 1, ab);
+  edge_block(v, 1, 1, bb);
+  scatter_edges(aa, ab, bb, at, stride, K);
+}
+
+/* An isotropic straight joint without twist needs no basis: W = 4 alpha (1 - c)/(l chi) depends on c = a . b
+ * alone. With p = b - c a, q = a - c b the derivatives of c by the edge vectors are p/|e|, q/|e'|, and the
+ * second ones -(p a^T + a p^T
+ * + c (I - a a^T))/|e|^2, (I - a a^T)(I - b b^T)/(|e||e'|). gain: 8 alpha/l. */
+static void add_plain(const hb_rod_work *w, int i, double gain, int at, int stride, hb_band *K) {
+  const double *a = w->tangent + 3 * i - 3, *b = a + 3;
+  double c = a[0] * b[0] + a[1] * b[1] + a[2] * b[2], inv = 1 / fmax(1 + c, HB_FOLD_LIMIT);
+  double first = -gain * inv * inv, second = -2 * first * inv;
+  double near = w->inv_length[i - 1], far = w->inv_length[i], both = near * far;
+  double aa[9], ab[9], bb[9], p[3], q[3];
+  for (int k = 0; k < 3; k++) {
+    p[k] = b[k] - c * a[k];
+    q[k] = a[k] - c * b[k];
+  }
+  for (int r = 0; r < 3; r++)
+    for (int k = 0; k < 3; k++) {
+      double one = r == k ? 1 : 0;
+      aa[3 * r + k] = near * near *
+                      (second * p[r] * p[k] - first * (p[r] * a[k] + a[r] * p[k] + c * (one - a[r] * a[k])));
+      bb[3 * r + k] =
+          far * far * (second * q[r] * q[k] - first * (q[r] * b[k] + b[r] * q[k] + c * (one - b[r] * b[k])));
+      ab[3 * r + k] =
+          both * (second * p[r] * q[k] + first * (one - a[r] * a[k] - b[r] * b[k] + c * a[r] * b[k]));
+    }
+  scatter_edges(aa, ab, bb, at, stride, K);
 }
 
 /* Rows and columns of the two turns. */
@@ -199,6 +234,11 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
                     int stride, hb_band *K) {
   int span = rod->first_span;
   joint v;
+  if (rod->twist_free) {
+    for (int i = 1; i + 1 < rod->nv; i++)
+      add_plain(work, i, model->bend_gain[rod->first + i], stride * (i - 1), stride, K);
+    return;
+  }
   set_side(&v, 1, rod, state, work, 0);
   for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
@@ -232,6 +272,7 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
     scatter(&v, stride * (i - 1), stride, K);
     if (twists) scatter_turns(&v, stride * (i - 1), stride, K);
   }
+  hb_stretch_hessian(model, rod, work, stride, K);
 }
 
 /* Held frames are none; in closed form only the inside of spans between two of them. */
@@ -266,5 +307,5 @@ double hb_rod_energy(const hb_model *m, const hb_rod *rod, const hb_state *state
   }
   for (int s = rod->first_span; rod->closed_form && s < rod->first_span + rod->span_count; s++)
     sum += 0.5 * state->moment[s] * state->moment[s] * m->spans[s].compliance;
-  return sum;
+  return sum + hb_stretch_energy(m, rod, w);
 }

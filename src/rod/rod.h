@@ -95,6 +95,15 @@ void hb_elastic_general(const hb_model *model, const hb_rod *rod, const hb_state
 double hb_elastic_commit(const hb_model *model, const hb_rod *rod, hb_state *state, const hb_rod_work *work,
                          double h);
 
+/* stretch.c: extensible rods; nothing where the rod is none. After hb_rod_geometry. */
+/* |e|/|e-bar| - 1 of edge slot k, from 1/|e|. */
+static inline double hb_stretch_strain(const hb_model *model, int k, double inv_length) {
+  return model->inv_rest_length[k] / inv_length - 1;
+}
+/* Adds the force of stretching on the rod's vertices to f. */
+void hb_stretch_force(const hb_model *model, const hb_rod *rod, const hb_rod_work *work, double *f);
+double hb_stretch_energy(const hb_model *model, const hb_rod *rod, const hb_rod_work *work);
+
 /* evaluate.c */
 /* Geometry, prescribed frames and quasi-static twist of one rod at time t and the state's positions. h as
  * above. */

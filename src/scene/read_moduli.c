@@ -157,7 +157,7 @@ static hb_status compute(hb_scene_reader *r, const hb_node *node, hb_section_kin
   return status ? hb_scene_pass(r, node, &inner) : HB_OK;
 }
 
-/* B on the edges; beta, mass per length (into per_length) on the vertices. */
+/* B, and E A where it is asked for, on the edges; beta, mass per length (into per_length) on the vertices. */
 static hb_status read_section(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
                               hb_rod_def *rod, double *per_length) {
   const hb_node *section = hb_node_find(node, "section"), *sizes = NULL;
@@ -173,6 +173,7 @@ static hb_status read_section(hb_scene_reader *r, const hb_node *node, const hb_
     status = compute(r, sizes, kind->kind, table, n, j, &m);
     rod->B[3 * j] = m.B11;
     rod->B[3 * j + 2] = m.B22;
+    if (rod->stretching && !hb_node_find(node, "stretching")) rod->stretching[j] = m.EA;
   }
   if (!status) status = turn_forms(r, hb_node_find(section, "angle"), arc, rod);
   if (!status) status = read_columns(r, node, kind, sizes, arc, false, table);
@@ -261,7 +262,29 @@ static hb_status check_ways(hb_scene_reader *r, const hb_node *node) {
   return hb_scene_need(r, node, "twisting", "a number or formula >= 0", &twisting);
 }
 
-/* B, beta, mass. */
+/* stretching, inextensible: makes room for E A where the rod stretches, and fills it if it is given directly.
+ */
+static hb_status read_stretching(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
+                                 hb_rod_def *rod) {
+  const hb_node *given = hb_node_find(node, "stretching"), *flag = hb_node_find(node, "inextensible");
+  bool inextensible = !given;
+  hb_status status = hb_scene_flag(r, flag, &inextensible);
+  if (status) return status;
+  if (given && inextensible)
+    return hb_scene_fail_key(r, given,
+                             "inextensible: true is given already; a rod keeps its lengths, or stretches");
+  if (inextensible) return HB_OK;
+  if (!given && !hb_node_find(node, "section"))
+    return hb_scene_fail_key(
+        r, flag,
+        "the stretching stiffness is missing; \"stretching\" (E A), or a section with E, "
+        "is expected");
+  rod->stretching = hb_alloc((size_t)arc->nv, sizeof *rod->stretching);
+  if (!rod->stretching) return hb_fail_memory(r->err, "stretching stiffness");
+  return given ? hb_scene_along(r, given, arc, true, HB_RULE_POSITIVE, rod->stretching, 1) : HB_OK;
+}
+
+/* B, beta, E A, mass. */
 hb_status hb_scene_read_moduli(hb_scene_reader *r, const hb_node *node, const hb_scene_arc *arc,
                                hb_rod_def *rod) {
   size_t n = (size_t)arc->nv;
@@ -274,6 +297,11 @@ hb_status hb_scene_read_moduli(hb_scene_reader *r, const hb_node *node, const hb
   if (!rod->B || !rod->beta || !rod->mass || !per_length) {
     hb_free(per_length);
     return hb_fail_memory(r->err, "moduli");
+  }
+  status = read_stretching(r, node, arc, rod);
+  if (status) {
+    hb_free(per_length);
+    return status;
   }
   if (hb_node_find(node, "section")) {
     status = read_section(r, node, arc, rod, per_length);

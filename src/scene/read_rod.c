@@ -24,6 +24,8 @@ static hb_status read_closing(hb_scene_reader *r, const hb_node *node, hb_rod_de
   bool flag = false;
   if (!closed) return HB_OK;
   if (closed->kind == HB_NODE_SCALAR) {
+    if (strcmp(closed->text, "true") != 0 && strcmp(closed->text, "false") != 0)
+      return hb_scene_expected(r, closed, "true, false, or a mapping with one of turns, twist, link");
     hb_status status = hb_scene_flag(r, closed, &flag);
     if (!status && flag) rod->closing = HB_CLOSING_TURNS;
     return status;

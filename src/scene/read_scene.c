@@ -89,11 +89,8 @@ static hb_status read_method(hb_scene_reader *r, const hb_node *node) {
   m->precision = precision == 1 ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
   if (m->precision == HB_PRECISION_SINGLE) m->length_tolerance = 1e-5;
   if (!status) status = read_tolerance(r, hb_node_find(node, "length_tolerance"), m);
-  const hb_node *error = hb_node_find(node, "error_tolerance");
-  if (!status) status = hb_scene_number(r, error, HB_RULE_POSITIVE, &m->error_tolerance);
-  if (!status && error && choice < 2)
-    status =
-        hb_scene_fail_key(r, error, "only the integrators implicit and backward-euler control their error");
+  if (!status)
+    status = hb_scene_number(r, hb_node_find(node, "error_tolerance"), HB_RULE_POSITIVE, &m->error_tolerance);
   if (!status)
     status = hb_scene_whole(r, hb_node_find(node, "max_projections"), 1, 1000000, &m->max_projections);
   if (!status)
@@ -144,7 +141,7 @@ static hb_status read_fields(hb_scene_reader *r, const hb_node *node) {
 
 /* output */
 static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
-  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", NULL};
+  static const char *const keys[] = {"every", "checkpoint", "fields", "precision", "link", NULL};
   static const char *const precisions[] = {"double", "single", NULL};
   int precision = 0;
   if (!node) return HB_OK;
@@ -154,6 +151,7 @@ static hb_status read_output(hb_scene_reader *r, const hb_node *node) {
   if (!status) status = read_fields(r, hb_node_find(node, "fields"));
   if (!status) status = hb_scene_choice(r, hb_node_find(node, "precision"), precisions, &precision);
   r->def->output.single = precision == 1;
+  if (!status) status = hb_scene_flag(r, hb_node_find(node, "link"), &r->def->output.link);
   if (!status)
     status = hb_scene_number(r, checkpoint, HB_RULE_NOT_NEGATIVE, &r->def->output.checkpoint_seconds);
   return status;

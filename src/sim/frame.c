@@ -2,8 +2,6 @@
 #include "hebra/sim.h"
 
 #include "base/memory.h"
-#include "math/rotation.h"
-#include "rod/writhe.h"
 
 #include <string.h>
 
@@ -26,9 +24,11 @@ const hb_field_group hb_field_groups[] = {
     {"frames", BIT(tangent) | BIT(m1) | BIT(m2) | BIT(bishop_u) | BIT(bishop_v) | BIT(theta),
      "directions of the edges"},
     {"strains",
-     BIT(curvature_binormal) | BIT(curvature) | BIT(omega) | BIT(twist) | BIT(twist_density) | BIT(torsion),
-     "how the rod is bent and twisted"},
-    {"energies", BIT(energy_bending) | BIT(energy_twisting) | BIT(energy_kinetic), "shares of the energies"},
+     BIT(curvature_binormal) | BIT(curvature) | BIT(omega) | BIT(twist) | BIT(twist_density) | BIT(torsion) |
+         BIT(strain),
+     "how the rod is bent, twisted and stretched"},
+    {"energies", BIT(energy_bending) | BIT(energy_twisting) | BIT(energy_kinetic) | BIT(energy_stretching),
+     "shares of the energies"},
     {"forces",
      BIT(tension) | BIT(twisting_moment) | BIT(reaction) | BIT(torque) | BIT(internal_force) |
          BIT(internal_moment) | BIT(bending_moment),
@@ -80,12 +80,10 @@ void hb_frame_rod_energy(const hb_model *model, const hb_frame *frame, int rod, 
   }
 }
 
-/* Twists add up; what they and the writhe give together is the link. */
-void hb_frame_rod_link(const hb_model *model, const hb_frame *frame, int rod, double link[3]) {
+/* Sum over the edges. */
+double hb_frame_rod_stretching(const hb_model *model, const hb_frame *frame, int rod) {
   const hb_rod *r = &model->rods[rod];
-  double twist = 0;
-  for (int k = r->first + 1; k <= r->first + r->last_joint; k++) twist += frame->twist[k];
-  link[1] = twist / (2 * HB_PI);
-  link[2] = hb_rod_writhe(frame->position + 3 * (size_t)r->first, r->nv - r->closed, r->closed);
-  link[0] = link[1] + link[2];
+  double sum = 0;
+  for (int k = r->first; k < r->first + r->nv; k++) sum += frame->energy_stretching[k];
+  return sum;
 }

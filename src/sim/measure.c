@@ -24,24 +24,51 @@ static double first_angle(const hb_measure *probe, const hb_rod *rod, const doub
                           expected);
 }
 
-/* Tangents, and the largest length error of the rod. */
+/* (kappa b) between unit tangents. */
+static hb_v3 binormal(hb_v3 t, hb_v3 n) {
+  double chi = 1 + hb_v3_dot(t, n);
+  return hb_v3_scale(2 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT), hb_v3_cross(t, n));
+}
+
+/* Tangents, binormals (kappa b), and the largest length error of the rod. */
 static double measure_edges(hb_measure *probe, const hb_rod *rod) {
   const double *p = probe->state->x + 3 * (size_t)rod->first;
   const double *rest = probe->model->inv_rest_length + rod->first;
   hb_rod_work *w = probe->rod_work;
+  hb_v3 before = {0, 0, 0};
   double worst = 0;
   for (int j = 0; j + 1 < rod->nv; j++, p += 3) {
     hb_v3 e = {p[3] - p[0], p[4] - p[1], p[5] - p[2]};
     double length = hb_v3_norm(e), inv = 1 / length, off = fabs(length * rest[j] - 1);
+    hb_v3 t = hb_v3_scale(inv, e);
     worst = off > worst ? off : worst;
     w->inv_length[j] = inv;
-    hb_v3_store(w->tangent + 3 * j, hb_v3_scale(inv, e));
+    hb_v3_store(w->tangent + 3 * j, t);
+    hb_v3_store(probe->kb + 3 * j, binormal(before, t));
+    before = t;
   }
   if (rod->closed) { /* behind the last edge comes the first */
     w->inv_length[rod->nv - 1] = w->inv_length[0];
     memcpy(w->tangent + 3 * (rod->nv - 1), w->tangent, 3 * sizeof(double));
+    hb_v3_store(probe->kb + 3 * (rod->nv - 1), binormal(before, hb_v3_load(w->tangent)));
   }
-  return worst;
+  return rod->extensible ? 0 : worst;
+}
+
+/* Strains and stretching energies; returns the sum of the energies. */
+static double measure_stretching(const hb_measure *probe, const hb_rod *rod, hb_frame *out) {
+  const uint64_t wanted = probe->fields;
+  double sum = 0;
+  if (!rod->extensible && !(wanted & (HB_FIELD_BIT(strain) | HB_FIELD_BIT(energy_stretching)))) return 0;
+  for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
+    const hb_model *m = probe->model;
+    double strain = hb_stretch_strain(m, k, probe->rod_work->inv_length[k - rod->first]);
+    double energy = 0.5 * m->stretching[k] * strain * strain * m->rest_length[k];
+    sum += energy;
+    if (wanted & HB_FIELD_BIT(strain)) out->strain[k] = strain;
+    if (wanted & HB_FIELD_BIT(energy_stretching)) out->energy_stretching[k] = energy;
+  }
+  return sum;
 }
 
 /* Material directors of all edges; those of closed-form rods are walked only where somebody looks. */
@@ -103,13 +130,6 @@ static double measure_twist(const hb_measure *probe, const hb_rod *rod, hb_frame
   return sum;
 }
 
-/* (kappa b) of the interior vertex i of the rod at hand. */
-static hb_v3 binormal_at(const hb_measure *probe, int i) {
-  hb_v3 t = hb_v3_load(probe->rod_work->tangent + 3 * i - 3),
-        n = hb_v3_load(probe->rod_work->tangent + 3 * i);
-  return hb_v3_scale(2 / fmax(1 + hb_v3_dot(t, n), HB_FOLD_LIMIT), hb_v3_cross(t, n));
-}
-
 /* Material curvatures of interior vertex i. */
 static void omega_at(const hb_measure *probe, int i, hb_v3 kb, double omega[4]) {
   for (int side = 0; side < 2; side++) {
@@ -124,7 +144,7 @@ static void omega_at(const hb_measure *probe, int i, hb_v3 kb, double omega[4]) 
  * depend on the directors: alpha |kb|^2/l. */
 static double bending_at(const hb_measure *probe, const hb_rod *rod, int i, int k) {
   const hb_model *m = probe->model;
-  hb_v3 kb = binormal_at(probe, i);
+  hb_v3 kb = hb_v3_load(probe->kb + 3 * i);
   if (rod->closed_form) return 0.125 * m->bend_gain[k] * hb_v3_dot(kb, kb);
   double sum = 0, omega[4];
   omega_at(probe, i, kb, omega);
@@ -154,7 +174,7 @@ static void measure_curvature(const hb_measure *probe, const hb_rod *rod, hb_fra
   if (!(wanted & (HB_FIELD_BIT(curvature) | HB_FIELD_BIT(curvature_binormal) | HB_FIELD_BIT(omega)))) return;
   for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
-    hb_v3 kb = binormal_at(probe, i);
+    hb_v3 kb = hb_v3_load(probe->kb + 3 * i);
     if (wanted & HB_FIELD_BIT(curvature)) out->curvature[k] = 2 * hb_v3_norm(kb) / probe->model->voronoi[k];
     if (wanted & HB_FIELD_BIT(curvature_binormal)) hb_v3_store(out->curvature_binormal + 3 * k, kb);
     if (wanted & HB_FIELD_BIT(omega)) omega_at(probe, i, kb, out->omega + 4 * k);
@@ -186,9 +206,9 @@ static void measure_torsion(const hb_measure *probe, const hb_rod *rod, hb_frame
   if (!(probe->fields & HB_FIELD_BIT(torsion)) || rod->nv < 4) return;
   /* the first joint of a closed rod is its last one */
   int first = rod->closed ? 0 : 1;
-  hb_v3 before = binormal_at(probe, rod->closed ? rod->last_joint : 1);
+  hb_v3 before = hb_v3_load(probe->kb + 3 * (rod->closed ? rod->last_joint : 1));
   for (int j = first; j < rod->last_joint; j++) {
-    hb_v3 after = binormal_at(probe, j + 1), t = hb_v3_load(probe->rod_work->tangent + 3 * j);
+    hb_v3 after = hb_v3_load(probe->kb + 3 * j + 3), t = hb_v3_load(probe->rod_work->tangent + 3 * j);
     double least = fmin(hb_v3_dot(before, before), hb_v3_dot(after, after));
     double angle = least > HB_MEASURE_STRAIGHT
                        ? atan2(hb_v3_dot(t, hb_v3_cross(before, after)), hb_v3_dot(before, after))
@@ -232,7 +252,8 @@ static void begin(const hb_measure *probe, hb_frame *frame) {
   frame->fields = probe->fields;
   frame->time = state->scalar[HB_S_TIME];
   frame->step = (long)state->scalar[HB_S_STEP];
-  frame->kinetic = frame->bending = frame->twisting = frame->gravity = frame->length_error = 0;
+  frame->kinetic = frame->bending = frame->twisting = frame->stretching = frame->gravity = 0;
+  frame->length_error = 0;
   memset(frame->momentum, 0, sizeof frame->momentum);
   memset(frame->angular_momentum, 0, sizeof frame->angular_momentum);
   if (probe->fields & (HB_FIELD_BIT(position) | HB_FIELD_BIT(internal_force)))
@@ -252,6 +273,7 @@ void hb_measure_state(hb_measure *probe, const hb_state *state, hb_frame *frame)
     find_directors(probe, rod);
     frame->bending += measure_bending(probe, rod, frame);
     frame->twisting += measure_twist(probe, rod, frame);
+    frame->stretching += measure_stretching(probe, rod, frame);
     measure_frames(probe, rod, frame);
     measure_curvature(probe, rod, frame);
     measure_torsion(probe, rod, frame);
@@ -264,8 +286,9 @@ void hb_measure_state(hb_measure *probe, const hb_state *state, hb_frame *frame)
   frame->work_supports = scalar[HB_S_WORK_SUPPORTS];
   frame->dissipated = scalar[HB_S_DISSIPATED];
   frame->worst_length_error = fmax(frame->length_error, scalar[HB_S_WORST_LENGTH]);
-  frame->balance = frame->kinetic + frame->bending + frame->twisting - scalar[HB_S_ENERGY_START] -
-                   frame->work_loads - frame->work_supports + frame->dissipated;
+  double energy = frame->kinetic + frame->bending + frame->twisting + frame->stretching;
+  frame->balance =
+      energy - scalar[HB_S_ENERGY_START] - frame->work_loads - frame->work_supports + frame->dissipated;
 }
 
 /* The simulation lends its workspaces. */
@@ -278,19 +301,17 @@ void hb_measure_choose(hb_measure *probe, uint64_t fields) { probe->fields = fie
 
 /* What measuring needs beyond the workspaces of a rod. */
 hb_status hb_measure_init(hb_measure *probe, const hb_model *model, hb_rod_work *rod_work,
-                          hb_project_work *project_work, double *acceleration, double *lambda,
-                          hb_error *err) {
+                          hb_project_work *project_work, double *const borrowed[3], hb_error *err) {
   size_t nv = (size_t)model->nv;
   probe->model = model;
   probe->fields = HB_FIELDS_ALL;
   probe->rod_work = rod_work;
   probe->project_work = project_work;
-  probe->acceleration = acceleration;
-  probe->lambda = lambda;
-  if (acceleration) return HB_OK;
-  probe->own = probe->acceleration = hb_alloc(4 * nv, sizeof *probe->own);
-  if (!probe->own) return hb_fail_memory(err, "arrays for measuring");
-  probe->lambda = probe->own + 3 * nv;
+  if (!borrowed) probe->own = hb_alloc(7 * nv, sizeof *probe->own);
+  if (!borrowed && !probe->own) return hb_fail_memory(err, "arrays for measuring");
+  probe->acceleration = borrowed ? borrowed[0] : probe->own;
+  probe->kb = borrowed ? borrowed[1] : probe->own + 3 * nv;
+  probe->lambda = borrowed ? borrowed[2] : probe->own + 6 * nv;
   return HB_OK;
 }
 
@@ -311,8 +332,7 @@ hb_status hb_measure_create(const hb_model *model, hb_measure **out, hb_error *e
   if (!own) return hb_fail_memory(err, "arrays for measuring");
   hb_status status = hb_rod_work_create(model, &own->rod_work, err);
   if (!status) status = hb_project_work_create(model, &own->project_work, err);
-  if (!status)
-    status = hb_measure_init(&own->measure, model, &own->rod_work, &own->project_work, NULL, NULL, err);
+  if (!status) status = hb_measure_init(&own->measure, model, &own->rod_work, &own->project_work, NULL, err);
   if (status)
     hb_measure_free(&own->measure);
   else

@@ -19,6 +19,8 @@
 /* Tension, reactions, torques, internal moments and forces of a rod whose edges have been measured, as far as
  * they are wanted (measure_forces.c). */
 void hb_measure_forces(hb_measure *probe, const hb_rod *rod, hb_frame *out);
+/* Tension of edge slot k of an extensible rod at x; 0 of others. */
+double hb_measure_spring(const hb_model *model, int k, const double *x);
 /* Internal forces of a rod from its tensions and internal moments in the frame. */
 void hb_measure_internal_force(const hb_rod *rod, hb_frame *frame);
 

@@ -32,6 +32,13 @@ static void reaction_at(const hb_measure *probe, int k, const double constraint[
                                                     probe->state->force[3 * k + c] - constraint[c];
 }
 
+/* Tension of an edge that is a spring; 0 where its length is kept. */
+double hb_measure_spring(const hb_model *model, int k, const double *x) {
+  if (!(model->stretching[k] > 0)) return 0;
+  double length = hb_v3_norm(hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k)));
+  return model->stretching[k] * (length * model->inv_rest_length[k] - 1);
+}
+
 /* Tension of every edge at this instant and what supports must give. */
 static void measure_tension(hb_measure *probe, const hb_rod *rod, hb_frame *out) {
   const hb_model *m = probe->model;
@@ -48,7 +55,8 @@ static void measure_tension(hb_measure *probe, const hb_rod *rod, hb_frame *out)
     if (j + 1 < rod->nv) {
       hb_v3 e = hb_v3_sub(hb_v3_load(state->x + 3 * k + 3), hb_v3_load(state->x + 3 * k));
       pull = hb_v3_scale(lambda[j] * 2 * m->inv_rest_length[k], e);
-      out->tension[k] = lambda[j] * 2 * m->inv_rest_length[k] * hb_v3_norm(e);
+      out->tension[k] =
+          lambda[j] * 2 * m->inv_rest_length[k] * hb_v3_norm(e) + hb_measure_spring(m, k, state->x);
     }
     double constraint[3];
     hb_v3_store(constraint, hb_v3_sub(pull, before));
@@ -90,8 +98,8 @@ static void measure_moment(const hb_measure *probe, const hb_rod *rod, hb_frame 
   for (int i = 1; i <= rod->last_joint; i++) {
     int k = rod->first + i;
     hb_v3 t = hb_v3_load(tangent + 3 * i - 3), n = hb_v3_load(tangent + 3 * i);
-    double inv = 1 / fmax(1 + hb_v3_dot(t, n), HB_FOLD_LIMIT);
-    hb_v3 kb = hb_v3_scale(2 * inv, hb_v3_cross(t, n)), q[2], bending;
+    double chi = 1 + hb_v3_dot(t, n), inv = 1 / (chi > HB_FOLD_LIMIT ? chi : HB_FOLD_LIMIT);
+    hb_v3 kb = hb_v3_load(probe->kb + 3 * i), q[2], bending;
     if (rod->closed_form)
       bending = hb_v3_scale(0.5 * m->bend_gain[k] * inv, kb);
     else {

@@ -31,9 +31,10 @@ hb_status hb_sim_create(const hb_model *model, hb_sim **out, hb_error *err) {
   hb_status status = find_integrator(sim, err);
   if (!status) status = hb_state_create(model, &sim->state, err);
   if (!status) status = hb_stepper_init(&sim->stepper, model, sim->state, hb_force_terms, err);
+  double *const lent[3] = {sim->stepper.v_predicted, sim->stepper.v_old, sim->stepper.x_old};
   if (!status)
-    status = hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work,
-                             sim->stepper.v_predicted, sim->stepper.x_old, err);
+    status =
+        hb_measure_init(&sim->measure, model, &sim->stepper.rod_work, &sim->stepper.project_work, lent, err);
   if (!status) status = hb_sim_start(sim, err);
   if (!status)
     status = sim->integrator->implicit ? hb_stepper_use_implicit(&sim->stepper, err)
@@ -87,13 +88,10 @@ long hb_sim_total_steps(const hb_sim *sim) {
   return (long)ceil(method->duration / method->time_step - 1e-9);
 }
 
-/* State and workspace. */
+/* State and workspaces; measuring borrows them. */
 size_t hb_sim_memory(const hb_sim *sim) {
-  size_t n = (size_t)sim->model->nv;
-  size_t stepper = (9 + (sim->model->any_follower ? 3 : 0)) * n * sizeof(double);
-  size_t lanes = sim->stepper.plan ? sim->stepper.plan->bytes : 0;
-  return lanes + hb_implicit_bytes(sim->stepper.implicit) + sim->state->count * sizeof(double) +
-         sim->stepper.rod_work.bytes + sim->stepper.project_work.bytes + stepper;
+  return sizeof *sim + sizeof *sim->state + sim->state->count * sizeof(double) +
+         hb_stepper_memory(&sim->stepper);
 }
 
 /* 0 switches the clocks off. */

@@ -14,12 +14,13 @@ struct hb_measure {
   hb_rod_work *rod_work;
   hb_project_work *project_work;
   double *acceleration; /* 3 per slot: of prescribed coordinates */
+  double *kb;           /* 3 per vertex: binormals of the rod at hand */
   double *lambda;       /* per slot: multipliers at the instant */
-  double *own;          /* both, where they are not borrowed */
+  double *own;          /* the three, where they are not borrowed */
 };
-/* acceleration, lambda: 3 and 1 per slot, borrowed, or NULL. */
+/* borrowed: acceleration and kb, 3 per slot each, and lambda, 1 per slot; or NULL. */
 hb_status hb_measure_init(hb_measure *probe, const hb_model *model, hb_rod_work *rod_work,
-                          hb_project_work *project_work, double *acceleration, double *lambda, hb_error *err);
+                          hb_project_work *project_work, double *const borrowed[3], hb_error *err);
 void hb_measure_release(hb_measure *probe); /* of an initialised or zeroed one */
 
 struct hb_sim {

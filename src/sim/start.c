@@ -70,7 +70,8 @@ hb_status hb_sim_start(hb_sim *sim, hb_error *err) {
   hb_status status = hb_frame_create(sim->model, &frame, err);
   if (status) return status;
   hb_sim_measure(sim, frame);
-  sim->state->scalar[HB_S_ENERGY_START] = frame->kinetic + frame->bending + frame->twisting;
+  sim->state->scalar[HB_S_ENERGY_START] =
+      frame->kinetic + frame->bending + frame->twisting + frame->stretching;
   hb_frame_free(frame);
   return HB_OK;
 }

@@ -82,8 +82,8 @@ static hb_status compare(const hb_member *first, const hb_member *other, hb_erro
     return hb_fail(err, HB_ERR_INPUT,
                    "the parameter changes which vertices and frames are held: not the same at %.9g and %.9g",
                    first->p, other->p);
-  if (a->rods[0].closed_form != b->rods[0].closed_form || a->panel_count != b->panel_count ||
-      a->any_viscosity != b->any_viscosity)
+  if (a->rods[0].closed_form != b->rods[0].closed_form || a->rods[0].extensible != b->rods[0].extensible ||
+      a->panel_count != b->panel_count || a->any_viscosity != b->any_viscosity)
     return hb_fail(
         err, HB_ERR_INPUT,
         "the parameter changes the kind of the rod (isotropic and straight at rest, or not) between "

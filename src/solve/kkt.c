@@ -70,10 +70,10 @@ void hb_kkt_begin(hb_kkt *k, const hb_model *m, const hb_rod *rod) {
     w[HB_KKT_MULTIPLIER] = 0;
     if (!slim) w[HB_KKT_TURN] = turns ? m->rest_length[o + i] * arm * arm : 0;
     for (int c = -3; i > 0 && c < 3; c++) any = any || free[c] != 0;
-    k->constraints += any;
+    k->constraints += any && !rod->extensible;
   }
   for (int p = 0; k->closed && p < HB_KKT_BORDER; p++)
-    k->border_unknown[p] = k->weight[p] != 0 || p == HB_KKT_STRIDE + HB_KKT_MULTIPLIER;
+    k->border_unknown[p] = k->weight[p] != 0 || (p == HB_KKT_STRIDE + HB_KKT_MULTIPLIER && !rod->extensible);
 }
 
 /* How stiff an edge is across its direction, from all that acts there: what is added along it is a multiple
@@ -129,6 +129,13 @@ static void add_lengths(hb_kkt *kkt, const hb_model *m, const hb_rod *rod, const
   }
 }
 
+/* An extensible rod has none to keep. */
+static void forget_lengths(hb_kkt *kkt, const hb_rod *rod) {
+  memset(kkt->length, 0, (size_t)rod->nv * sizeof *kkt->length);
+  memset(kkt->along, 0, (size_t)rod->nv * sizeof *kkt->along);
+  memset(kkt->gradient, 0, 3 * (size_t)rod->nv * sizeof *kkt->gradient);
+}
+
 /* The symmetric part: loads with a potential have no other. */
 static void add_loads(hb_kkt *kkt, const hb_rod *rod) {
   for (int i = 0; i < rod->nv; i++)
@@ -171,11 +178,14 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
   memset(kkt->right, 0, (size_t)kkt->matrix.n * sizeof *kkt->right);
   hb_rod_hessian(model, rod, state, work, kkt->stride, &kkt->matrix);
   if (hb_load_stiffness(model, rod, t, state->x, kkt->load)) add_loads(kkt, rod);
-  add_lengths(kkt, model, rod, state, work, lambda);
+  if (rod->extensible)
+    forget_lengths(kkt, rod);
+  else
+    add_lengths(kkt, model, rod, state, work, lambda);
   if (moved) find_pull(kkt, rod, moved);
   int last = kkt->matrix.n - (kkt->closed ? kkt->stride : 0); /* the last slot of a closed rod is the first */
   for (int k = 0; k < last; k++) {
-    bool multiplier = k % kkt->stride == HB_KKT_MULTIPLIER && k >= kkt->stride;
+    bool multiplier = k % kkt->stride == HB_KKT_MULTIPLIER && k >= kkt->stride && !rod->extensible;
     if (multiplier || kkt->weight[k] != 0) continue;
     isolate(&kkt->matrix, k);
     kkt->right[k] = 0;

@@ -300,11 +300,22 @@ static hb_status iterate(const hb_model *model, const hb_rod *rod, double *x, do
   }
 }
 
+/* No edge of an extensible rod is kept by a constraint: no multipliers, no pull. */
+static void free_lengths(const hb_rod *rod, double *lambda, hb_project_work *w) {
+  memset(w->right, 0, (size_t)rod->nv * sizeof *w->right);
+  memset(w->support_pull + 3 * rod->first_position, 0, 3 * (size_t)rod->position_count * sizeof(double));
+  if (lambda) memset(lambda + rod->first, 0, (size_t)rod->nv * sizeof *lambda);
+}
+
 /* First guess, iteration, and what it pulled the supports by. */
 hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double *x, double *v, double h,
                                const double *x_old, double *lambda, hb_project_work *w, hb_projection *result,
                                hb_error *err) {
   *result = (hb_projection){0, 0, rod->first, false};
+  if (rod->extensible) {
+    free_lengths(rod, lambda, w);
+    return HB_OK;
+  }
   if (x_old && lambda)
     for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) lambda[k] *= 0.5 * model->rest_length[k];
   if (x_old) {
@@ -322,6 +333,10 @@ hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double 
 /* One linear solve G M^-1 G^T mu = G v. */
 void hb_project_velocities(const hb_model *m, const hb_rod *rod, const double *x, double *v,
                            hb_project_work *w) {
+  if (rod->extensible) {
+    memset(w->right, 0, (size_t)rod->nv * sizeof *w->right);
+    return;
+  }
   const hb_length_system rates = {m, rod, x, v, w, false, true, HB_RIGHT_RATES};
   const hb_length_effect correction = {NULL, v, 0, 1, w->gradient, NULL, true, false};
   (void)meet_rates(&rates);
@@ -344,6 +359,10 @@ static hb_v3 free_acceleration(const hb_model *m, int slot, const double *f, con
 /* G M^-1 G^T lambda = G a + 2 |de/dt|^2/|e-bar|. */
 void hb_project_tension(const hb_model *m, const hb_rod *rod, const double *x, const double *v,
                         const double *f, const double *a, double *lambda, hb_project_work *w) {
+  if (rod->extensible) {
+    memset(lambda, 0, (size_t)(rod->nv - 1) * sizeof *lambda);
+    return;
+  }
   const hb_length_system given = {m, rod, x, v, w, false, true, HB_RIGHT_GIVEN};
   int ne = rod->nv - 1, half = ne / 2;
   for (int j = 0; j < ne; j++) {
@@ -370,7 +389,7 @@ void hb_project_tension(const hb_model *m, const hb_rod *rod, const double *x, c
 /* ||e|/|e-bar| - 1|. */
 double hb_project_length_error(const hb_model *m, const hb_rod *rod, const double *x) {
   double worst = 0;
-  for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
+  for (int k = rod->first; !rod->extensible && k + 1 < rod->first + rod->nv; k++) {
     hb_v3 e = hb_v3_sub(hb_v3_load(x + 3 * k + 3), hb_v3_load(x + 3 * k));
     worst = fmax(worst, fabs(hb_v3_norm(e) * m->inv_rest_length[k] - 1));
   }

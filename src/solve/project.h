@@ -35,7 +35,8 @@ typedef struct hb_projection {
  * current iterate (Goldenthal et al. 2007). x_old not NULL: corrections along the gradient at x_old (SHAKE;
  * Ryckaert et al. 1977). lambda (per slot, may be NULL): set to the sum of the
  * multipliers, as the pull per edge vector; with x_old its entry value is the first guess. HB_ERR_NUMERIC
- * with edge and error if the tolerance is not reached. */
+ * with edge and error if the tolerance is not reached. Extensible rods have no lengths to keep: here and
+ * below nothing moves, and multipliers are 0. */
 hb_status hb_project_positions(const hb_model *model, const hb_rod *rod, double *x, double *v, double h,
                                const double *x_old, double *lambda, hb_project_work *work,
                                hb_projection *result, hb_error *err);
@@ -51,7 +52,7 @@ void hb_project_velocities(const hb_model *model, const hb_rod *rod, const doubl
 void hb_project_tension(const hb_model *model, const hb_rod *rod, const double *x, const double *v,
                         const double *f, const double *a, double *lambda, hb_project_work *work);
 
-/* Largest relative length error ||e|/|e-bar| - 1| of one rod. */
+/* Largest relative length error ||e|/|e-bar| - 1| of one rod; 0 if it is extensible. */
 double hb_project_length_error(const hb_model *model, const hb_rod *rod, const double *x);
 
 #endif

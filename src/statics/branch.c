@@ -188,7 +188,8 @@ bool hb_branch_correct(hb_branch *b, double gap, double longest_turn, int *itera
     if (k == RENEWAL && hb_branch_differentiate(b, NULL)) return false;
     if (!hb_branch_factor(b)) return false;
     double residual = hb_statics_unbalanced(&b->s, b->rod, b->s.multiplier + b->rod->first);
-    double scale = fmax(b->s.unit, hb_statics_largest_tension(b->rod, b->s.multiplier + b->rod->first));
+    double scale =
+        fmax(b->s.unit, hb_statics_largest_tension(&b->s, b->rod, b->s.multiplier + b->rod->first));
     double dp = newton_step(b, gap), turn = turn_of(b, b->answer, last_step);
     if (!isfinite(dp) || !isfinite(turn)) return false;
     double small = fabs(dp) / b->range, part = fmin(1, fmin(LONGEST_TURN / turn, 0.5 / small));
@@ -231,7 +232,7 @@ hb_status hb_branch_finish(hb_branch *b, hb_branch_point *out, hb_error *err) {
   find_tangent(b, out);
   out->p = b->p;
   out->residual = hb_statics_unbalanced(s, b->rod, s->multiplier + b->rod->first);
-  out->scale = fmax(s->unit, hb_statics_largest_tension(b->rod, s->multiplier + b->rod->first));
+  out->scale = fmax(s->unit, hb_statics_largest_tension(s, b->rod, s->multiplier + b->rod->first));
   out->elastic = s->energy;
   hb_statics_count_modes(s, b->rod, out->residual, &b->counted, &out->unstable, &out->neutral);
   out->resolution = s->resolution;

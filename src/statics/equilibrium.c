@@ -11,6 +11,8 @@
 
 /* No edge turns further than this in one iteration: beyond, the second derivatives say little. */
 #define LONGEST_TURN 0.8
+/* Edges that are springs get longer by the square of their turn, and nothing restores their lengths. */
+#define LONGEST_SPRING_TURN 0.3
 /* Supports are moved so far at a time that no edge turns further than this. */
 #define LONGEST_CARRY 0.3
 /* A step must lower the energy by at least this part of what its slope promises. */
@@ -34,16 +36,18 @@ typedef struct look {
 /* What forces, stiffnesses and round-off of this rod are compared with. */
 void hb_statics_find_scales(hb_statics *s, const hb_rod *rod) {
   const hb_model *m = s->model;
-  double B = 0, load = 0, shortest = rod->length, length = rod->length;
+  double B = 0, load = 0, stretching = 0, shortest = rod->length, length = rod->length;
   for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
     B = fmax(B, fmax(m->B[3 * k], m->B[3 * k + 2]));
+    stretching = fmax(stretching, m->stretching[k]);
     shortest = fmin(shortest, m->rest_length[k]);
   }
   for (int k = rod->first; k < rod->first + rod->nv; k++)
     load += hb_v3_norm(hb_v3_load(s->state->load + 3 * k));
   s->unit = fmax(B / (length * length), load);
   double stiffness = s->unit / (length * length), ratio = length / shortest;
-  double round_off = 16 * DBL_EPSILON * (B * ratio * ratio / (length * length) + s->unit) * ratio * ratio;
+  double round_off =
+      16 * DBL_EPSILON * (B * ratio * ratio / (length * length) + stretching + s->unit) * ratio * ratio;
   s->floor = SOFT * stiffness;
   s->softest = fmax(s->floor, round_off / (length * length));
 }
@@ -82,10 +86,14 @@ double hb_statics_unbalanced(const hb_statics *s, const hb_rod *rod, const doubl
   return most;
 }
 
-/* Largest multiplier as a tension. */
-double hb_statics_largest_tension(const hb_rod *rod, const double *multiplier) {
+/* Largest tension, by the multipliers or by the strains. */
+double hb_statics_largest_tension(const hb_statics *s, const hb_rod *rod, const double *multiplier) {
+  const hb_model *m = s->model;
   double most = 0;
-  for (int j = 0; j + 1 < rod->nv; j++) most = fmax(most, 2 * fabs(multiplier[j]));
+  for (int j = 0; j + 1 < rod->nv; j++) {
+    double strain = rod->extensible ? hb_stretch_strain(m, rod->first + j, s->rod_work.inv_length[j]) : 0;
+    most = fmax(most, 2 * fabs(multiplier[j]) + fabs(m->stretching[rod->first + j] * strain));
+  }
   return most;
 }
 
@@ -170,7 +178,8 @@ static hb_status check_held(hb_statics *s, const hb_rod *rod, hb_error *err) {
 static bool descend(hb_statics *s, const hb_rod *rod, double t, const look *now) {
   double change, before = s->energy;
   hb_statics_keep(s, rod);
-  for (double part = fmin(1, LONGEST_TURN / now->turn); part > SMALLEST_PART; part *= 0.5) {
+  double longest = rod->extensible ? LONGEST_SPRING_TURN : LONGEST_TURN;
+  for (double part = fmin(1, longest / now->turn); part > SMALLEST_PART; part *= 0.5) {
     bool there = hb_statics_try(s, rod, t, part, &change);
     double noise = (32 + rod->nv) * DBL_EPSILON * s->magnitude;
     if (there && change <= -ARMIJO * part * now->slope + noise) return true;
@@ -199,7 +208,7 @@ static hb_status look_around(hb_statics *s, const hb_rod *rod, double t, bool an
            fitted = hb_statics_unbalanced(s, rod, s->scratch);
     now->residual = fmin(expected, fitted);
     now->fitted = fitted < expected;
-    now->scale = fmax(s->unit, hb_statics_largest_tension(rod, multiplier));
+    now->scale = fmax(s->unit, hb_statics_largest_tension(s, rod, multiplier));
     /* next to equilibrium a long step is round-off along a mode without stiffness */
     if (now->residual > 1e-3 * now->scale || now->turn < 10 * turn_before || s->floor >= s->softest)
       return HB_OK;

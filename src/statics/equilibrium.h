@@ -49,7 +49,7 @@ void hb_statics_find_scales(hb_statics *s, const hb_rod *rod);
  * of the rod. */
 double hb_statics_unbalanced(const hb_statics *s, const hb_rod *rod, const double *multiplier);
 /* Largest multiplier as a tension. */
-double hb_statics_largest_tension(const hb_rod *rod, const double *multiplier);
+double hb_statics_largest_tension(const hb_statics *s, const hb_rod *rod, const double *multiplier);
 
 /* ---- trial.c: places, energies, trials */
 

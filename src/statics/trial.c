@@ -131,7 +131,7 @@ static double look_at_lengths(hb_statics *s, const hb_rod *rod, double *work) {
   const hb_model *m = s->model;
   double worst = 0;
   *work = 0;
-  for (int j = 0; j + 1 < rod->nv; j++) {
+  for (int j = 0; !rod->extensible && j + 1 < rod->nv; j++) {
     int k = rod->first + j;
     hb_v3 gradient;
     double C = hb_inextensible_edge(s->state->x + 3 * k, m->rest_length[k], m->inv_rest_length[k], &gradient);

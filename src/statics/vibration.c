@@ -50,10 +50,13 @@ hb_status hb_vibration_assemble(hb_statics *s, const hb_rod *rod, double t, cons
 static void find_scales(hb_vibration *v, const double *multiplier, double residual) {
   const hb_model *m = v->statics->model;
   const hb_rod *rod = v->rod;
-  double B = 0, load = 0, pull = 0, mass = 0, shortest = rod->length, length = rod->length;
+  double B = 0, load = 0, pull = 0, mass = 0, shortest = rod->length, length = rod->length, stretching = 0;
   for (int k = rod->first; k + 1 < rod->first + rod->nv; k++) {
     B = fmax(B, fmax(m->B[3 * k], m->B[3 * k + 2]));
-    pull = fmax(pull, 2 * fabs(multiplier[k - rod->first]));
+    double strain =
+        rod->extensible ? hb_stretch_strain(m, k, v->statics->rod_work.inv_length[k - rod->first]) : 0;
+    pull = fmax(pull, 2 * fabs(multiplier[k - rod->first]) + fabs(m->stretching[k] * strain));
+    stretching = fmax(stretching, m->stretching[k]);
     shortest = fmin(shortest, m->rest_length[k]);
   }
   for (int k = rod->first; k < rod->first + rod->nv; k++) {
@@ -61,6 +64,7 @@ static void find_scales(hb_vibration *v, const double *multiplier, double residu
     mass += m->mass[k];
   }
   double unit = fmax(B / (length * length), fmax(load, pull));
+  if (!(unit > 0)) unit = stretching;
   v->scale = unit > 0 ? unit / (length * mass) : 1;
   v->stray = UNBALANCED * residual / (shortest * length);
   const hb_band *K = &v->statics->kkt.matrix;

@@ -41,7 +41,7 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   const hb_model *m = s->model;
   const char *scheme = m->def->method.integrator;
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
-  if (rod->closed) return false; /* they go the plain way */
+  if (rod->closed || rod->extensible) return false; /* they go the plain way */
   if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
   if (m->def->method.precision == HB_PRECISION_SINGLE && !fits_floats(m, rod)) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
@@ -88,6 +88,21 @@ void hb_stepper_release_workers(hb_stepper *s) {
   }
   hb_free(s->workers);
   s->workers = NULL;
+}
+
+/* Every array of hb_stepper_init and hb_stepper_use_lanes. */
+size_t hb_stepper_memory(const hb_stepper *s) {
+  const hb_model *m = s->model;
+  size_t vectors = 3 * (size_t)m->nv * sizeof(double), rods = (size_t)m->rod_count;
+  size_t bytes = s->rod_work.bytes + s->project_work.bytes + (s->follower_m1 ? 4 : 3) * vectors +
+                 (3 * (size_t)m->position_count + (size_t)m->frame_count) * sizeof(double) +
+                 rods * (sizeof *s->rates + sizeof *s->active + sizeof *s->uniform) +
+                 HB_BLOCK_STEPS * (size_t)m->def->force_count * sizeof *s->values + hb_pool_memory(s->pool);
+  bytes += hb_implicit_bytes(s->implicit);
+  if (s->plan) bytes += sizeof *s->plan + s->plan->bytes;
+  for (int w = 0; s->workers && w < hb_pool_threads(s->pool); w++)
+    bytes += sizeof *s->workers + s->workers[w].rod_work.bytes + s->workers[w].project_work.bytes;
+  return bytes;
 }
 
 /* Which units have supports that move? */

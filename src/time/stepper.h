@@ -55,6 +55,8 @@ struct hb_stepper {
 hb_status hb_stepper_init(hb_stepper *stepper, const hb_model *model, hb_state *state,
                           const hb_force_term *const *terms, hb_error *err);
 void hb_stepper_release(hb_stepper *stepper);
+/* Bytes of all that it owns: workspaces, lanes, workers, pool. */
+size_t hb_stepper_memory(const hb_stepper *stepper);
 /* Puts rods into lanes for the scheme that the scene names; rods that do not fit are left to be stepped one
  * by one. After hb_stepper_init. */
 hb_status hb_stepper_use_lanes(hb_stepper *stepper, hb_error *err);

@@ -15,10 +15,12 @@ typedef struct trial {
   int numbers;
 } trial;
 
-/* A random rod at its initial shape, or at one whose edges are up to 15 % longer or shorter than at rest. */
+/* A random rod at its initial shape, or at one whose edges are up to 15 % longer or shorter than at rest;
+ * of half of those the edges are springs. */
 static void begin(trial *t, rng *r, rod_family family, rod_ends ends, bool stretched) {
   double x[ROOM];
   rod_case_random(&t->c, r, family, ends, TURNS);
+  if (stretched && rng_int(r, 0, 1)) rod_make_extensible(&t->c, r);
   rod_case_compile(&t->c);
   t->numbers = 3 * t->c.rod->nv;
   for (int k = 0; k < t->numbers; k++) x[k] = t->c.model->initial[k];

@@ -45,15 +45,16 @@ static hb_status whole_run(void *context, hb_error *err) {
   return status;
 }
 
-/* Every scene of the collection. */
+/* Every scene of the collection, explicit and implicit. */
 static void test_every_allocation_fails(void **state) {
   (void)state;
-  for (int s = 0; s < MOVING_COUNT; s++) {
+  static const char *const schemes[2] = {"verlet", "implicit"};
+  for (int s = 0; s < 2 * MOVING_COUNT; s++) {
     trial t = {0};
-    scene_begin(&t.def, "verlet", 2e-3);
-    moving_scenes[s].build(&t.def);
+    scene_begin(&t.def, schemes[s % 2], 2e-3);
+    moving_scenes[s / 2].build(&t.def);
     long count = failing_alloc_loop(whole_run, &t, 1);
-    say("%s: %ld allocations\n", moving_scenes[s].name, count);
+    say("%s, %s: %ld allocations\n", schemes[s % 2], moving_scenes[s / 2].name, count);
     assert_true(count > 20);
     hb_scene_def_free(&t.def);
   }

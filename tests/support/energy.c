@@ -225,11 +225,30 @@ static number sum_energy(const rod_energy *e) {
 }
 
 /* Frames, angles, curvatures, sum. */
+/* Springs along the edges. */
+static number stretching(const rod_energy *e, const number *x) {
+  const double *rest = e->def->lengths_from_initial ? e->def->initial : e->def->rest;
+  number sum = 0;
+  for (int j = 0; e->def->stretching && j + 1 < e->nv; j++) {
+    number d[3];
+    double r[3], length;
+    for (int k = 0; k < 3; k++) {
+      d[k] = x[3 * j + 3 + k] - x[3 * j + k];
+      r[k] = rest[3 * j + 3 + k] - rest[3 * j + k];
+    }
+    length = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+    number longer = csqrt(dot(d, d)) - length;
+    sum += 0.5 * e->def->stretching[j] / length * longer * longer;
+  }
+  return sum;
+}
+
+/* Everything anew at x. */
 number rod_energy_value(rod_energy *e, const number *x, const double *theta) {
   frames(e, x);
   for (int j = 0; j + 1 < e->nv; j++) e->angle[j] = e->held[j] ? held_angle(e, j) : theta[j];
   curvatures(e);
-  return sum_energy(e);
+  return sum_energy(e) + stretching(e, x);
 }
 
 /* One coordinate moved. */

@@ -4,13 +4,14 @@
 #include "support/near.h"
 
 #include <errno.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <string.h>
 
 /* One per test program; the library has nothing of the kind. Threads of the library allocate too. */
 static struct {
-  atomic_long asked, fail_at, live;
+  atomic_long asked, fail_at, live, bytes;
   atomic_bool reached;
 } alloc;
 
@@ -40,6 +41,7 @@ static bool fails(void) {
 /* Counts a block that was handed out. */
 static void *handed_out(void *block) {
   if (block) alloc.live++;
+  alloc.bytes += (long)malloc_usable_size(block);
   return block;
 }
 
@@ -54,13 +56,17 @@ void *__wrap_calloc(size_t count, size_t size) {
 /* Stands in for realloc. A failure leaves the old block alive. */
 void *__wrap_realloc(void *block, size_t size) {
   if (fails()) return NULL;
+  long before = (long)malloc_usable_size(block);
   void *grown = __real_realloc(block, size);
-  return block ? grown : handed_out(grown);
+  if (!block) return handed_out(grown);
+  if (grown) alloc.bytes += (long)malloc_usable_size(grown) - before;
+  return grown;
 }
 
 /* Stands in for free. */
 void __wrap_free(void *block) {
   if (block) alloc.live--;
+  alloc.bytes -= (long)malloc_usable_size(block);
   __real_free(block);
 }
 
@@ -97,6 +103,9 @@ long failing_alloc_count(void) { return alloc.asked; }
 
 /* Blocks in use. */
 long failing_alloc_live(void) { return alloc.live; }
+
+/* Bytes in use. */
+long failing_alloc_bytes(void) { return alloc.bytes; }
 
 /* One run whose n-th allocation fails; true if the run was long enough to reach it. */
 static bool try_one(failing_alloc_trial trial, void *context, long n) {

@@ -16,6 +16,8 @@ bool failing_alloc_disarm(void);
 long failing_alloc_count(void);
 /* Blocks allocated and not yet freed. */
 long failing_alloc_live(void);
+/* Bytes of those blocks, as the system rounds them. */
+long failing_alloc_bytes(void);
 
 /* Something that allocates: builds, uses and frees all it owns, whether it succeeds or not. */
 typedef hb_status (*failing_alloc_trial)(void *context, hb_error *err);

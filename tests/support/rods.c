@@ -235,6 +235,14 @@ void rod_case_random(rod_case *c, rng *r, rod_family family, rod_ends ends, doub
   hb_free(lengths);
 }
 
+/* The edges become springs. */
+void rod_make_extensible(rod_case *c, rng *r) {
+  hb_rod_def *def = &c->def.rods[0];
+  double scale = pow(10, rng_uniform(r, -1, 3));
+  def->stretching = rod_array(def->nv);
+  for (int j = 0; j + 1 < def->nv; j++) def->stretching[j] = scale * rng_uniform(r, 0.5, 2);
+}
+
 /* Model, state and workspace. */
 void rod_case_compile(rod_case *c) {
   hb_error err;

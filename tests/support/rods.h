@@ -50,6 +50,8 @@ void rod_hold_director(hb_rod_def *def, int edge, const double director[3], doub
 void rod_hold_vertex(hb_rod_def *def, int vertex);
 /* An array of count doubles, owned by whoever frees it with hb_free. */
 double *rod_array(int count);
+/* Random E A on every edge, between weak and much stiffer than bending. */
+void rod_make_extensible(rod_case *c, rng *r);
 /* B = ((b11, b12), (b12, b22)) on every edge. */
 void rod_set_bending(hb_rod_def *def, double b11, double b12, double b22);
 

@@ -148,7 +148,7 @@ static void test_csv(void **state) {
           assert_same(strtod(buffer, NULL), handmade_number(k, slot, j, frame));
       }
   assert_string_equal(csv_cell(text, 0, 3, buffer), "position_x [length]");
-  assert_string_equal(csv_cell(text, 0, column - 1, buffer), "bending_moment [force*length]");
+  assert_string_equal(csv_cell(text, 0, column - 1, buffer), "energy_stretching [energy]");
   assert_string_equal(csv_cell(text, 8, 1, buffer), "0.75");
   assert_string_equal(csv_cell(text, 8, 2, buffer), "3");
   free(text);
