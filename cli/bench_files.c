@@ -1,6 +1,7 @@
 /* What files cost: reading a scene up to the first step, whole runs with output, frames written between
  * steps. */
 #include "base/clock.h"
+#include "base/threads.h"
 #include "cli/bench.h"
 
 #include <getopt.h>
@@ -168,42 +169,83 @@ hb_status cli_bench_start_up(const cli_bench_report *report, hb_error *err) {
   return status;
 }
 
-/* `frames` times 10 steps, with a frame after each 10 if there is a path to write to; seconds in all, with
- * closing the file. */
+/* What a trial took. */
+typedef struct output_cost {
+  double wall;              /* seconds in all, until the system has every byte */
+  double stepping, writing; /* seconds of processor, of the thread that steps and of the one that writes */
+} output_cost;
+
+/* `frames` times 10 steps, with a frame after each 10 if there is a path to write to, as `run` does it. */
 static hb_status step_and_write(cli_bench_run *run, hb_frame *frame, const char *path, int frames,
-                                double *seconds, hb_error *err) {
+                                output_cost *cost, hb_error *err) {
   hb_writer *writer = NULL;
+  hb_recorder *recorder = NULL;
   hb_status status = HB_OK;
   if (path) status = hb_writer_create(path, run->model, frames, &writer, err);
-  double started = hb_clock_now();
+  hb_record_plan plan = {.writer = writer, .frame = frame, .threaded = hb_processors() > 1};
+  if (path && !status) status = hb_recorder_create(run->model, &plan, &recorder, err);
+  double started = hb_clock_now(), used = hb_clock_thread();
   for (int k = 0; !status && k < frames; k++) {
-    for (int step = 0; !status && step < EVERY; step++) status = hb_sim_step(run->sim, err);
-    if (status || !path) continue;
-    hb_sim_measure(run->sim, frame);
-    status = hb_writer_add(writer, frame, err);
+    status = hb_sim_advance(run->sim, EVERY, err);
+    if (!status && path) status = hb_recorder_add(recorder, run->sim, false, err);
   }
-  hb_status closing = hb_writer_close(writer, status ? NULL : err);
-  *seconds = hb_clock_now() - started;
+  cost->stepping = hb_clock_thread() - used;
+  if (recorder && !status) status = hb_recorder_wait(recorder, err);
+  cost->writing = recorder ? hb_recorder_seconds(recorder) : 0;
+  cost->wall = hb_clock_now() - started;
+  hb_recorder_free(recorder);
+  hb_status closing = hb_writer_close(writer, status ? NULL : err); /* waits for the disk */
   return status ? status : closing;
+}
+
+/* The less of both, number by number. */
+static void keep_best(output_cost *best, const output_cost *cost) {
+  best->wall = fmin(best->wall, cost->wall);
+  best->stepping = fmin(best->stepping, cost->stepping);
+  best->writing = fmin(best->writing, cost->writing);
+}
+
+/* One line, or one object. */
+static void say_output(const cli_bench_report *report, const cli_bench_case *c, const output_cost *alone,
+                       const output_cost *beside, double per, double bytes) {
+  double loss = beside->wall / alone->wall - 1, loss_stepping = beside->stepping / alone->stepping - 1;
+  if (report->json) {
+    hb_json_object(report->json, NULL);
+    hb_json_integer(report->json, "rods", c->rods);
+    hb_json_integer(report->json, "vertices", c->vertices);
+    hb_json_integer(report->json, "every", EVERY);
+    hb_json_number(report->json, "ns_per_vertex_step", alone->wall * per);
+    hb_json_number(report->json, "ns_per_vertex_step_writing", beside->wall * per);
+    hb_json_number(report->json, "loss", loss);
+    hb_json_number(report->json, "loss_stepping", loss_stepping);
+    hb_json_number(report->json, "ns_per_vertex_frame_on_writer", EVERY * beside->writing * per);
+    hb_json_number(report->json, "bytes_per_frame", bytes);
+    hb_json_object_end(report->json);
+    return;
+  }
+  printf("%4d %7d %9.1f %9.1f %7.1f%% %8.1f%% %9.1f %10.1f\n", c->rods, c->vertices, alone->wall * per,
+         beside->wall * per, 100 * loss, 100 * loss_stepping, EVERY * beside->writing * per, 1e-3 * bytes);
+  fflush(stdout);
 }
 
 /* Steps without and with output, by turns; the best of each. */
 static hb_status compare_output(const cli_bench_report *report, const cli_bench_case *c, int frames,
                                 const char *directory, hb_error *err) {
   char path[PATH_MAX + 32];
-  double alone = HUGE_VAL, writing = HUGE_VAL, seconds;
+  output_cost alone = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, beside = alone, cost = alone;
   long vertices = 0;
   cli_bench_run run;
   hb_frame *frame = NULL;
   struct stat about = {0};
   snprintf(path, sizeof path, "%s/trajectory.h5", directory);
   hb_status status = cli_bench_start(c, &run, err);
+  run.def.output.fields = hb_field_groups[1].fields; /* standard */
   if (!status) status = hb_frame_create(run.model, &frame, err);
   for (int trial = 0; !status && trial < (report->quick ? 2 : 4); trial++) {
-    status = step_and_write(&run, frame, NULL, frames, &seconds, err);
-    alone = fmin(alone, seconds);
-    if (!status) status = step_and_write(&run, frame, path, frames, &seconds, err);
-    writing = fmin(writing, seconds);
+    status = step_and_write(&run, frame, NULL, frames, &cost, err);
+    keep_best(&alone, &cost);
+    if (!status) status = step_and_write(&run, frame, path, frames, &cost, err);
+    keep_best(&beside, &cost);
     if (!status && stat(path, &about) != 0) status = hb_fail(err, HB_ERR_IO, "%s: is not there", path);
     unlink(path);
   }
@@ -211,22 +253,8 @@ static hb_status compare_output(const cli_bench_report *report, const cli_bench_
   cli_bench_stop(&run);
   if (status) return status;
   for (int r = 0; r < c->rods; r++) vertices += cli_bench_vertices(c, r);
-  double per = 1e9 / ((double)vertices * EVERY * frames), size = (double)about.st_size / frames;
-  if (report->json) {
-    hb_json_object(report->json, NULL);
-    hb_json_integer(report->json, "rods", c->rods);
-    hb_json_integer(report->json, "vertices", c->vertices);
-    hb_json_integer(report->json, "every", EVERY);
-    hb_json_number(report->json, "ns_per_vertex_step", alone * per);
-    hb_json_number(report->json, "ns_per_vertex_step_writing", writing * per);
-    hb_json_number(report->json, "loss", writing / alone - 1);
-    hb_json_number(report->json, "bytes_per_frame", size);
-    hb_json_object_end(report->json);
-    return HB_OK;
-  }
-  printf("%4d %7d %9.1f %9.1f %7.1f%% %10.1f\n", c->rods, c->vertices, alone * per, writing * per,
-         100 * (writing / alone - 1), 1e-3 * size);
-  fflush(stdout);
+  double per = 1e9 / ((double)vertices * EVERY * frames);
+  say_output(report, c, &alone, &beside, per, (double)about.st_size / frames);
   return HB_OK;
 }
 
@@ -240,7 +268,8 @@ hb_status cli_bench_output(const cli_bench_report *report, hb_error *err) {
   hb_status status = make_directory(directory, sizeof directory, err);
   if (status) return status;
   if (!report->json)
-    printf("%4s %7s %9s %9s %8s %10s\n", "rods", "N", "ns/vertex", "writing", "loss", "kB/frame");
+    printf("%4s %7s %9s %9s %8s %9s %9s %10s\n", "rods", "N", "ns/vertex", "writing", "loss", "stepping",
+           "ns/frame", "kB/frame");
   for (int k = 0; !status && k < (report->quick ? 3 : 4); k++) {
     /* About 100 MB in all, at 500 bytes per vertex. */
     long vertices = (long)cases[k].rods * cases[k].vertices;

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIELD, TOTAL, FORCE, NET_FORCE, WRITHE, UNSTABLE, NEUTRAL, ESCAPES, ITERATIONS, THRESHOLD };
+enum { FIELD, TOTAL, FORCE, NET_FORCE, WRITHE, OMEGA, UNSTABLE, NEUTRAL, ESCAPES, ITERATIONS, THRESHOLD };
 
 /* Numbers of a frame that belong to no vertex. */
 static const struct {
@@ -35,9 +35,10 @@ static const struct {
 static const struct {
   const char *name;
   int kind, components; /* of one vertex; 0: of the whole */
-} others[] = {{"force", FORCE, 3},           {"net_force", NET_FORCE, 3}, {"writhe", WRITHE, 1},
-              {"unstable", UNSTABLE, 0},     {"neutral", NEUTRAL, 0},     {"escapes", ESCAPES, 0},
-              {"iterations", ITERATIONS, 0}, {"threshold", THRESHOLD, 0}};
+} others[] = {{"force", FORCE, 3},      {"net_force", NET_FORCE, 3},   {"writhe", WRITHE, 1},
+              {"mode_omega", OMEGA, 1}, {"unstable", UNSTABLE, 0},     {"neutral", NEUTRAL, 0},
+              {"escapes", ESCAPES, 0},  {"iterations", ITERATIONS, 0}, {"threshold", THRESHOLD, 0}};
+enum { MOST_MODES = 1000 };
 enum { TOTALS = sizeof totals / sizeof totals[0], OTHERS = sizeof others / sizeof others[0] };
 
 /* The text in pieces. */
@@ -128,12 +129,12 @@ static hb_status find_name(const pieces *p, int nv, cli_probe *out, int *entries
   for (int k = 0; k < OTHERS; k++) {
     if (strcmp(others[k].name, p->name) != 0) continue;
     *out = (cli_probe){.kind = others[k].kind, .components = others[k].components ? others[k].components : 1};
-    *entries = others[k].components ? nv : 0;
+    *entries = others[k].kind == OMEGA ? MOST_MODES : others[k].components ? nv : 0;
     return HB_OK;
   }
   return hb_fail(err, HB_ERR_INPUT,
                  "\"%s\" is no quantity; fields of trajectories, totals such as bending or "
-                 "momentum, force, net_force, writhe, unstable, neutral, escapes, iterations "
+                 "momentum, force, net_force, writhe, unstable, neutral, escapes, iterations, mode_omega "
                  "and threshold are",
                  p->name);
 }
@@ -178,6 +179,8 @@ hb_status cli_probe_parse(const char *text, const cli_moment *m, cli_probe *out,
   if (status) return status;
   out->reduce = reduce;
   bool whole = entries == 0, writhe = out->kind == WRITHE;
+  if (out->kind == OMEGA && (p.ranged || !p.indexed || strchr(p.from, '-')))
+    return hb_fail(err, HB_ERR_INPUT, "modes are counted from the lowest: mode_omega[0], mode_omega[1], ...");
   if (whole && p.indexed)
     return hb_fail(err, HB_ERR_INPUT, "\"%s\" belongs to no vertex and takes no [ ]", p.name);
   if (!whole && !p.indexed && !writhe)
@@ -192,6 +195,7 @@ hb_status cli_probe_parse(const char *text, const cli_moment *m, cli_probe *out,
                    p.ranged ? "a range needs one of the words sum, least, most, size in front"
                             : "sum, least, most and size need a range such as [0:3]");
   if (whole) return HB_OK;
+  if (out->kind == OMEGA) return read_index(p.from, m, entries, 0, &out->from, err);
   status = read_index(p.from, m, entries, 0, &out->from, err);
   if (!status) status = p.ranged || writhe ? read_index(p.to, m, entries, entries - 1, &out->to, err) : HB_OK;
   if (status) return status;
@@ -244,6 +248,8 @@ double cli_probe_read(const cli_probe *p, const cli_moment *m) {
   case NEUTRAL: return m->found ? (double)m->found->neutral : (double)NAN;
   case ESCAPES: return m->found ? (double)m->found->escapes : (double)NAN;
   case ITERATIONS: return m->found ? (double)m->found->iterations : (double)NAN;
+  case OMEGA:
+    return m->modes && p->from < m->modes->count ? hb_mode_omega(&m->modes->mode[p->from]) : (double)NAN;
   case THRESHOLD: return m->threshold;
   default: break;
   }

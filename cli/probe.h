@@ -12,6 +12,7 @@ typedef struct cli_moment {
   const double *force;         /* 3 per slot: hb_state.force */
   const hb_equilibrium *found; /* NULL: none was looked for */
   double threshold;            /* NAN: none was looked for */
+  const hb_modes *modes;       /* NULL: none were looked for */
 } cli_moment;
 
 /* How several numbers become one. */
@@ -28,9 +29,10 @@ typedef struct cli_probe {
 } cli_probe;
 
 /* Text: [sum|least|most|size] [ROD:]NAME[.x|.y|.z|.0..3][[INDEX]|[FROM:TO]|[:]]. NAME is a field of
- * trajectories, a number of hb_frame or of hb_equilibrium, force, net_force, writhe or threshold. Indices are
- * formulas of the scene's parameters and count from the end where negative. Without a component a vector
- * gives its length; `size` is the root of the sum of squares. HB_ERR_INPUT says what is wrong with the text.
+ * trajectories, a number of hb_frame or of hb_equilibrium, force, net_force, writhe, threshold, or omega of a
+ * mode. Indices are formulas of the scene's parameters and count from the end where negative. Without a
+ * component a vector gives its length; `size` is the root of the sum of squares. HB_ERR_INPUT says what is
+ * wrong with the text.
  */
 hb_status cli_probe_parse(const char *text, const cli_moment *moment, cli_probe *out, hb_error *err);
 double cli_probe_read(const cli_probe *probe, const cli_moment *moment);

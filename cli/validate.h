@@ -20,6 +20,8 @@ typedef enum cli_deed {
   CLI_SOLVE,     /* as hebra solve */
   CLI_RUN,       /* as hebra run */
   CLI_THRESHOLD, /* the value of a setting from which on the equilibrium has more unstable modes */
+  CLI_TRACE,     /* the value of a parameter where the branch of equilibria meets another one */
+  CLI_MODES,     /* as hebra modes */
   CLI_DEED_COUNT
 } cli_deed;
 

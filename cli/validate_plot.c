@@ -70,8 +70,13 @@ static void draw_convergence(drawing *d, const cli_validation *v, const cli_case
     }
     say(d, "EOD\n");
   }
-  say(d, "set title 'errors'\nset xlabel '%s'\nset ylabel '|found - expected|'\nset logscale y\n%s",
-      c->size ? "size of the mesh" : "mesh", c->size ? "set logscale x\n" : "set xtics 1\n");
+  say(d, "set title 'errors'\nset xlabel '%s'\nset ylabel '|found - expected|'\nset logscale y\n",
+      c->size ? "size of the mesh" : c->meshes->children[0]->key);
+  if (c->size) say(d, "set logscale x\n");
+  for (int m = 0; !c->size && m < c->mesh_count; m++)
+    say(d, "%s'%s' %d%s", m ? ", " : "set xtics (",
+        quoted(c->meshes->children[0]->children[m]->text, text, sizeof text), m + 1,
+        m + 1 < c->mesh_count ? "" : ")\n");
   for (int k = 0; k < count; k++) {
     cli_case_label(c, chosen[k]->variant, label, sizeof label);
     snprintf(title, sizeof title, "%.200s%s%s", chosen[k]->expect->name, label[0] ? ", " : "", label);

@@ -25,6 +25,8 @@ typedef struct work {
   hb_equilibrium found;
   bool solved;
   double threshold;
+  hb_modes modes;
+  bool listed; /* modes were found */
   cli_probe probes[CLI_CASE_READS];
   double *times, *series[CLI_CASE_READS]; /* of a run */
   long samples;
@@ -62,6 +64,8 @@ static hb_status add_settings(work *w) {
 
 /* Closes what open_scene made. */
 static void close_scene(work *w) {
+  hb_modes_free(&w->modes);
+  w->modes = (hb_modes){.count = 0};
   hb_equilibrium_free(&w->found);
   w->found = (hb_equilibrium){.unstable = 0};
   hb_frame_free(w->frame);
@@ -110,7 +114,8 @@ static cli_moment moment(const work *w) {
                       .frame = w->frame,
                       .force = w->sim ? hb_sim_const_state(w->sim)->force : NULL,
                       .found = w->solved ? &w->found : NULL,
-                      .threshold = w->threshold};
+                      .threshold = w->threshold,
+                      .modes = w->listed ? &w->modes : NULL};
 }
 
 /* All quantities, for the model at hand. */
@@ -216,8 +221,56 @@ static hb_status do_threshold(work *w) {
   return status;
 }
 
+/* Points of the first branch, until another one crosses it; the rods are measured there. */
+static hb_status take_point(void *context, const hb_trace_point *point, hb_error *err) {
+  work *w = context;
+  if (point->branch > 0 || point->kind != HB_TRACE_BIFURCATION) return HB_OK;
+  w->threshold = point->parameter;
+  hb_sim_measure_equilibrium(point->sim, &point->found, w->frame);
+  return hb_fail(err, HB_ERR_INTERRUPTED, "found"); /* nothing else is asked for */
+}
+
+/* Why the first branch ended without a crossing. */
+static hb_status take_end(void *context, const hb_trace_end *end, hb_error *err) {
+  const work *w = context;
+  return hb_fail(err, HB_ERR_NUMERIC, "no other branch crosses that which begins at %s = %s: %s",
+                 hb_node_find(w->c->options, "of")->text, hb_node_find(w->c->options, "from")->text,
+                 end->reason);
+}
+
+/* The first crossing on the branch of equilibria from a value of a parameter on. */
+static hb_status do_trace(work *w) {
+  const char *of = hb_node_find(w->c->options, "of")->text;
+  double from = 0, to = 0, time = w->def.method.duration;
+  hb_trace_costs costs;
+  hb_status status = option(w, "from", HB_RULE_ANY, &from);
+  if (!status) status = option(w, "to", HB_RULE_ANY, &to);
+  if (!status) status = option(w, "time", HB_RULE_NOT_NEGATIVE, &time);
+  hb_trace_options how = hb_trace_defaults(from, to);
+  if (!status) status = option(w, "step", HB_RULE_POSITIVE, &how.step);
+  if (!status) status = hb_scene_flag(&w->reader, hb_node_find(w->c->options, "any"), &how.any);
+  if (status) return status;
+  how.max_branches = 1;
+  hb_scene_range range = {&w->def, of, time};
+  hb_trace_family family = hb_scene_family(&range);
+  hb_trace_sink sink = {take_point, take_end, w};
+  status = hb_trace(&family, &how, &sink, &costs, w->err);
+  return status == HB_ERR_INTERRUPTED ? HB_OK : status;
+}
+
+/* The lowest modes about the equilibrium. */
+static hb_status do_modes(work *w) {
+  int count = 6;
+  hb_status status = do_solve(w);
+  if (!status) status = hb_scene_whole(&w->reader, hb_node_find(w->c->options, "count"), 1, 1000, &count);
+  if (!status) status = hb_sim_find_modes(w->sim, &w->found, count, &w->modes, w->err);
+  w->listed = !status;
+  return status;
+}
+
 /* The deeds, in the order of cli_deed. */
-static hb_status (*const deeds[])(work *w) = {do_start, do_start, do_solve, do_run, do_threshold};
+static hb_status (*const deeds[])(work *w) = {do_start,     do_start, do_solve, do_run,
+                                              do_threshold, do_trace, do_modes};
 
 /* Number of one quantity after the deed. */
 static hb_status reduce(work *w, int k) {
@@ -373,10 +426,10 @@ static hb_status check_settings(work *w, const hb_node *settings) {
   return HB_OK;
 }
 
-/* Is everything there that a threshold needs? */
+/* Is everything there that a threshold or a branch needs? */
 static hb_status check_threshold(work *w) {
   static const char *const keys[] = {"of", "from", "to"};
-  if (w->c->deed != CLI_THRESHOLD) return HB_OK;
+  if (w->c->deed != CLI_THRESHOLD && w->c->deed != CLI_TRACE) return HB_OK;
   for (int k = 0; k < 3; k++) {
     const hb_node *node;
     hb_status status = hb_scene_need(&w->reader, w->c->options, keys[k],

@@ -7,7 +7,8 @@
 #include <errno.h>
 #include <string.h>
 
-const char *const cli_deed_words[] = {"not_yet", "start", "solve", "run", "threshold", NULL};
+const char *const cli_deed_words[] = {"not_yet",   "start", "solve", "run",
+                                      "threshold", "trace", "modes", NULL};
 const char *const cli_over_words[] = {"last",   "at",        "most",    "least", "drift",
                                       "period", "frequency", "reaches", NULL};
 const char *const cli_kind_words[] = {"exact", "smooth", "rough", NULL};
@@ -57,17 +58,17 @@ static hb_status read_deed(const hb_scene_reader *r, const hb_node *root, cli_ca
   }
   if (!found)
     return hb_scene_fail_key(r, root,
-                             "it is not said what to do; one of the keys start, solve, run, threshold "
-                             "or not_yet is expected");
+                             "it is not said what to do; one of the keys start, solve, run, threshold, "
+                             "trace, modes or not_yet is expected");
   if (c->deed == CLI_NOT_YET) return borrow(r, root, "not_yet", &c->not_yet);
   c->options = found;
-  static const char *const start[] = {NULL},
-                           *const solve[] = {"any", "load_steps", "time", "tolerance", NULL},
-                           *const run[] = {"every", NULL}, *const threshold[] = {"of",   "from",
-                                                                                 "to",   "resolution",
-                                                                                 "time", "load_steps",
-                                                                                 NULL};
-  static const char *const *const keys[] = {start, start, solve, run, threshold};
+  static const char *const start[] = {NULL};
+  static const char *const solve[] = {"any", "load_steps", "time", "tolerance", NULL};
+  static const char *const run[] = {"every", NULL};
+  static const char *const threshold[] = {"of", "from", "to", "resolution", "time", "load_steps", NULL};
+  static const char *const trace[] = {"of", "from", "to", "step", "any", "time", NULL};
+  static const char *const modes[] = {"count", "any", "load_steps", "time", "tolerance", NULL};
+  static const char *const *const keys[] = {start, start, solve, run, threshold, trace, modes};
   if (found->kind == HB_NODE_SCALAR && !found->text[0] && !found->quoted) return HB_OK; /* `solve:` alone */
   return hb_scene_check_keys(r, found, keys[c->deed]);
 }
@@ -273,9 +274,9 @@ static hb_status read_scene(const hb_scene_reader *r, const hb_node *root, cli_c
 
 /* Everything in the file. */
 static hb_status read_root(const hb_scene_reader *r, cli_case *c) {
-  static const char *const keys[] = {"title",   "id",     "source", "note", "fast",      "scene",
-                                     "not_yet", "start",  "solve",  "run",  "threshold", "set",
-                                     "vary",    "meshes", "size",   "read", "expect",    NULL};
+  static const char *const keys[] = {"title", "id",     "source", "note",      "fast",   "scene", "not_yet",
+                                     "start", "solve",  "run",    "threshold", "trace",  "modes", "set",
+                                     "vary",  "meshes", "size",   "read",      "expect", NULL};
   const hb_node *root = c->root;
   hb_status status = hb_scene_check_keys(r, root, keys);
   if (!status && !hb_node_find(root, "title"))

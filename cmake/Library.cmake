@@ -37,7 +37,7 @@ set_source_files_properties(${PROJECT_SOURCE_DIR}/src/lane/double_portable.c ${P
   PROPERTIES COMPILE_OPTIONS -Wno-psabi)
 set(avx2_sources ${PROJECT_SOURCE_DIR}/src/lane/double_avx2.c ${PROJECT_SOURCE_DIR}/src/lane/single_avx2.c)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  set_source_files_properties(${avx2_sources} PROPERTIES COMPILE_OPTIONS "-mavx2;-Wno-psabi")
+  set_source_files_properties(${avx2_sources} PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma;-Wno-psabi")
   target_compile_definitions(hebra_core PRIVATE HB_LANE_AVX2)
 else()
   get_target_property(core_sources hebra_core SOURCES)

@@ -9,7 +9,7 @@ extern const hb_lane_kernels hb_lane_double_avx2, hb_lane_single_avx2;
 /* The fastest that the processor has; the bits are the same. */
 const hb_lane_kernels *hb_lane_kernels_for(bool single, bool portable) {
 #ifdef HB_LANE_AVX2
-  if (!portable && __builtin_cpu_supports("avx2"))
+  if (!portable && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
     return single ? &hb_lane_single_avx2 : &hb_lane_double_avx2;
 #else
   (void)portable;

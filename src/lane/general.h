@@ -28,31 +28,30 @@ INLINED v3 v3_behind(const hb_strip *s, const lanes *a, const lanes *after) {
 
 /* Sine and cosine by their series, |a| <= 1; short ones where all lanes are small. */
 INLINED void turn_parts(lanes a, lanes *sine, lanes *cosine) {
+  static const double short_sine[3] = {-1.0 / 5040, 1.0 / 120, -1.0 / 6};
+  static const double short_cosine[3] = {-1.0 / 720, 1.0 / 24, -0.5};
+  static const double long_sine[8] = {
+      1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+      1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
+  static const double long_cosine[9] = {-1.0 / 6402373705728000.0,
+                                        1.0 / 20922789888000.0,
+                                        -1.0 / 87178291200.0,
+                                        1.0 / 479001600.0,
+                                        -1.0 / 3628800.0,
+                                        1.0 / 40320.0,
+                                        -1.0 / 720.0,
+                                        1.0 / 24.0,
+                                        -0.5};
   lanes q = a * a, p, r;
   if (!any(q > all(R(4e-4)))) {
-    p = R(-1.0 / 5040) * q + R(1.0 / 120);
-    p = p * q - R(1.0 / 6);
-    r = R(-1.0 / 720) * q + R(1.0 / 24);
-    r = r * q - R(0.5);
+    p = polynomial(short_sine, 3, q);
+    r = polynomial(short_cosine, 3, q);
   } else {
-    p = R(1.0 / 355687428096000.0) * q - R(1.0 / 1307674368000.0);
-    p = p * q + R(1.0 / 6227020800.0);
-    p = p * q - R(1.0 / 39916800.0);
-    p = p * q + R(1.0 / 362880.0);
-    p = p * q - R(1.0 / 5040.0);
-    p = p * q + R(1.0 / 120.0);
-    p = p * q - R(1.0 / 6.0);
-    r = R(-1.0 / 6402373705728000.0) * q + R(1.0 / 20922789888000.0);
-    r = r * q - R(1.0 / 87178291200.0);
-    r = r * q + R(1.0 / 479001600.0);
-    r = r * q - R(1.0 / 3628800.0);
-    r = r * q + R(1.0 / 40320.0);
-    r = r * q - R(1.0 / 720.0);
-    r = r * q + R(1.0 / 24.0);
-    r = r * q - R(0.5);
+    p = polynomial(long_sine, 8, q);
+    r = polynomial(long_cosine, 9, q);
   }
-  *sine = a + a * (q * p);
-  *cosine = R(1) + q * r;
+  *sine = fused(a, q * p, a);
+  *cosine = fused(q, r, all(1));
 }
 
 /* The director d, normal to t, turned about t by a. */
@@ -60,11 +59,11 @@ INLINED v3 turn(v3 d, v3 t, lanes a) {
   lanes s, c;
   turn_parts(a, &s, &c);
   v3 n = v3_cross(t, d);
-  return (v3){c * d.x + s * n.x, c * d.y + s * n.y, c * d.z + s * n.z};
+  return v3_axpy(v3_scale(c, d), s, n);
 }
 
-/* The angle of the unit vector (x, y), by tan(a/4) and a polynomial: atan(z)/z is one of degree 12 in z^2 on
- * [0, tan^2(pi/8)] to 5e-20 (Chebyshev fit). */
+/* The angle of the unit vector (x, y): h = tan(a/2) and a polynomial, atan(h)/h is one of degree 12 in h^2 on
+ * [0, tan^2(pi/8)] to 5e-20 (Chebyshev fit); larger angles are halved once more. */
 INLINED lanes angle_of(lanes x, lanes y) {
   static const double fit[13] = {0.015113765096600924669,
                                  -0.033387824501211951519,
@@ -79,24 +78,28 @@ INLINED lanes angle_of(lanes x, lanes y) {
                                  0.19999999999997013892,
                                  -0.33333333333333324206,
                                  1};
-  lanes half = y / (R(1) + size_of(x)), z = half / (R(1) + root(R(1) + half * half)), q = z * z;
-  lanes p = all((hb_real)fit[0]);
-  for (int k = 1; k < 13; k++) p = p * q + (hb_real)fit[k];
-  lanes a = R(4) * (z * p), turned = choose(y < none(), all(R(-HB_PI)), all(R(HB_PI)));
+  lanes z = y / (R(1) + size_of(x)), parts = all(2);
+  lane_mask large = size_of(z) > all(R(0.4142));
+  if (any(large)) {
+    z = choose(large, z / (R(1) + root(fused(z, z, all(1)))), z);
+    parts = choose(large, all(4), parts);
+  }
+  lanes a = parts * (z * polynomial(fit, 13, z * z));
+  lanes turned = choose(y < none(), all(R(-HB_PI)), all(R(HB_PI)));
   return choose(x < none(), turned - a, a);
 }
 
 /* The value equal to angle modulo 2 pi that is nearest to target. */
 INLINED lanes nearest_angle(lanes angle, lanes target) {
   const hb_real round = sizeof(hb_real) == 8 ? R(6755399441055744.0) : R(12582912.0); /* 1.5 * 2^52, 2^23 */
-  lanes turns = ((target - angle) * R(1 / (2 * HB_PI)) + round) - round;
-  return angle + R(2 * HB_PI) * turns;
+  lanes turns = fused(target - angle, all(R(1 / (2 * HB_PI))), all(round)) - round;
+  return fused(all(R(2 * HB_PI)), turns, angle);
 }
 
 /* d, normal to the unit vector a, carried to b by parallel transport. */
 INLINED v3 transported(v3 d, v3 a, v3 b) {
   lanes chi = larger(R(1) + v3_dot(a, b), all(R(HB_FOLD_LIMIT)));
-  return v3_axpy(d, -(v3_dot(d, b) / chi), v3_add(a, b));
+  return v3_less(d, v3_dot(d, b) / chi, v3_add(a, b));
 }
 
 /* The same with the round-off taken out; d itself where the edge turned back. */
@@ -104,18 +107,22 @@ INLINED v3 carried(v3 d, v3 a, v3 b) {
   lane_mask turned_back = R(1) + v3_dot(a, b) <= all(R(HB_FOLD_LIMIT));
   v3 r = transported(d, a, b);
   r = v3_choose(turned_back, d, r);
-  r = v3_axpy(r, -v3_dot(r, b), b);
-  return v3_scale(R(1.5) - R(0.5) * v3_dot(r, r), r);
+  r = v3_less(r, v3_dot(r, b), b);
+  return v3_scale(less_fused(all(R(1.5)), all(R(0.5)), v3_dot(r, r)), r);
 }
 
-/* Directors to the new tangents, turned on by what they turned in the last step. */
-INLINED void carry_rows(hb_strip *s, bool exact) {
+/* Directors to the new tangents, turned on by what they turned in the last step. known: t is that of x_old.
+ */
+INLINED void carry_rows(hb_strip *s, bool exact, bool known) {
   lanes *t = s->t, *inv = s->inv_length, *m1 = s->m1, *spin = s->spin, keep = *(const lanes *)s->keep;
   for (int r = 0; r < s->rows; r++) {
     bool tail = r >= s->full_rows;
-    v3 old = edge_of(s->x_old, r);
-    if (tail) old = v3_choose(real_edges(s, r), old, some_direction());
-    v3 from = direct(old, inv_rest_of(s, r), exact).t;
+    v3 from = v3_load(t + 3 * r);
+    if (!known) {
+      v3 old = edge_of(s->x_old, r);
+      if (tail) old = v3_choose(real_edges(s, r), old, some_direction());
+      from = direct(old, inv_rest_of(s, r), exact).t;
+    }
     direction now = direct_row(s, r, exact, tail);
     lanes on = only(size_of(spin[r]) < all(R(0.5)), keep * spin[r]);
     v3 d = turn(carried(v3_load(m1 + 3 * r), from, now.t), now.t, on);
@@ -124,6 +131,7 @@ INLINED void carry_rows(hb_strip *s, bool exact) {
     inv[r] = now.inv;
     spin[r] = on;
   }
+  s->known_t = true; /* x is the next x_old */
 }
 
 /* One side of a vertex. */
@@ -137,12 +145,12 @@ typedef struct side {
 INLINED side look_side(lanes inv_l, v3 kb, v3 t, v3 d, const lanes *B, const lanes *pull, lanes *stress,
                        bool scaled) {
   lanes o1 = v3_dot(kb, v3_cross(t, d)), o2 = -v3_dot(kb, d);
-  lanes s1 = B[0] * o1 + B[1] * o2, s2 = B[1] * o1 + B[2] * o2;
+  lanes s1 = fused(B[0], o1, B[1] * o2), s2 = fused(B[1], o1, B[2] * o2);
   lanes b1 = s1 - pull[0], b2 = s2 - pull[1];
   stress[0] = b1;
   stress[1] = b2;
-  side out = {inv_l * (o2 * b1 - o1 * b2),
-              inv_l * (o2 * (B[0] * o2 - B[1] * o1) - o1 * (B[1] * o2 - B[2] * o1) - o1 * b1 - o2 * b2),
+  lanes turned = less_fused(o2 * fused_less(B[0], o2, B[1] * o1), o1, fused_less(B[1], o2, B[2] * o1));
+  side out = {inv_l * fused_less(o2, b1, o1 * b2), inv_l * less_fused(less_fused(turned, o1, b1), o2, b2),
               none()};
   if (scaled)
     out.scale = inv_l * ((size_of(o1) + size_of(o2)) *
@@ -164,7 +172,7 @@ INLINED void measure_vertex(hb_strip *s, int r, v3 t, v3 n, v3 d, v3 e, lanes sp
   chi = larger(chi, all(R(HB_FOLD_LIMIT)));
   lanes inv = R(1) / chi;
   v3_store((lanes *)s->kb + 3 * r, v3_scale(R(2) * inv, v3_cross(t, n)));
-  v3 u = v3_axpy(d, -(v3_dot(d, n) * inv), v3_add(t, n));
+  v3 u = v3_less(d, v3_dot(d, n) * inv, v3_add(t, n));
   lanes *twist = (lanes *)s->twist + r, expected = *twist + spun;
   lanes angle = nearest_angle(angle_of(v3_dot(u, e), v3_dot(v3_cross(u, e), n)), expected);
   *twist = choose(folded, expected, angle);
@@ -191,22 +199,45 @@ INLINED void close_turn(hb_strip *s, bool pieces, int r, lanes gradient, lanes d
   ((lanes *)s->turn_gradient)[r] = gradient;
   g->residual = larger(size_of(only(frees, gradient)), g->residual);
   diagonal = choose(frees, diagonal, all(1));
-  take_out(s, pieces, r, diagonal, link, link, right, last, true, &g->c);
+  take_out(s, pieces, r, diagonal, -link, -link, right, last, true, &g->c);
+}
+
+/* Curvature binormals and twists of all vertices. Rows know nothing of each other here, so that a processor
+ * can work on several at once; in look_rows each waits for the one before. */
+INLINED void measure_rows(hb_strip *s, bool pieces, glance *g) {
+  const lanes *t = s->t, *m1 = s->m1, *spin = s->spin;
+  const int K = s->rows;
+  v3 ta = v3_load(t), da = v3_load(m1);
+  if (pieces) {
+    const hb_strip *b = s->before;
+    v3 tb = v3_before(s, t, b ? b->t : NULL), db = v3_before(s, m1, b ? b->m1 : NULL);
+    measure_vertex(s, 0, tb, ta, db, da, spin[0] - row_before(s, spin, b ? b->spin : NULL, 1, 0), g);
+  }
+  for (int r = 1; r < K; r++) {
+    v3 tn = v3_load(t + 3 * r), dn = v3_load(m1 + 3 * r);
+    measure_vertex(s, r, ta, tn, da, dn, spin[r] - spin[r - 1], g);
+    ta = tn;
+    da = dn;
+  }
+  if (pieces) {
+    const hb_strip *a = s->after;
+    v3 tn = v3_behind(s, t, a ? a->t : NULL), dn = v3_behind(s, m1, a ? a->m1 : NULL);
+    measure_vertex(s, K, ta, tn, da, dn, row_behind(s, spin, a ? a->spin : NULL, 0) - spin[K - 1], g);
+  }
 }
 
 /* Energy gradient and Hessian by turning the edges, and elimination on the way. first: new tangents. */
 INLINED void look_rows(hb_strip *s, bool pieces, bool first) {
-  const lanes *t = s->t, *m1 = s->m1, *spin = s->spin, *inv_l = s->inv_l, *kb = s->kb, *gain = s->twist_gain;
+  const lanes *t = s->t, *m1 = s->m1, *inv_l = s->inv_l, *kb = s->kb, *gain = s->twist_gain;
   lanes *stress = s->stress;
   glance g = {.residual = none(), .scale = none(), .floor = none(), .lowest = all(2), .c = new_chain()};
   int K = s->rows;
+  if (first) measure_rows(s, pieces, &g);
   v3 ta = v3_load(t), da = v3_load(m1);
   lanes gradient = none(), diagonal = none();
   if (pieces) {
     const hb_strip *b = s->before;
     v3 tb = v3_before(s, t, b ? b->t : NULL), db = v3_before(s, m1, b ? b->m1 : NULL);
-    if (first)
-      measure_vertex(s, 0, tb, ta, db, da, spin[0] - row_before(s, spin, b ? b->spin : NULL, 1, 0), &g);
     lanes M = vertex_moment(s, 0, first, &g);
     lanes Bb[3];
     for (int c = 0; c < 3; c++) Bb[c] = row_before(s, s->B, b ? b->B : NULL, 3, c);
@@ -219,7 +250,6 @@ INLINED void look_rows(hb_strip *s, bool pieces, bool first) {
   }
   for (int r = 1; r < K; r++) {
     v3 tn = v3_load(t + 3 * r), dn = v3_load(m1 + 3 * r);
-    if (first) measure_vertex(s, r, ta, tn, da, dn, spin[r] - spin[r - 1], &g);
     lanes M = vertex_moment(s, r, first, &g);
     v3 k = v3_load(kb + 3 * r);
     const lanes *pull = (const lanes *)s->pull + 4 * r, *B = (const lanes *)s->B + 3 * r;
@@ -236,8 +266,6 @@ INLINED void look_rows(hb_strip *s, bool pieces, bool first) {
   if (pieces) {
     const hb_strip *a = s->after;
     v3 tn = v3_behind(s, t, a ? a->t : NULL), dn = v3_behind(s, m1, a ? a->m1 : NULL);
-    if (first)
-      measure_vertex(s, K, ta, tn, da, dn, row_behind(s, spin, a ? a->spin : NULL, 0) - spin[K - 1], &g);
     lanes M = vertex_moment(s, K, first, &g);
     lanes Bn[3];
     for (int c = 0; c < 3; c++) Bn[c] = row_behind(s, s->B, a ? a->B : NULL, c);
@@ -266,8 +294,8 @@ INLINED void find_turns(hb_strip *s, bool pieces) {
   lanes longest = size_of(u);
   right[s->rows - 1] = u;
   for (int r = s->rows - 2; r >= 0; r--) {
-    u = right[r] - ((const lanes *)s->link)[r + 1] * u;
-    if (pieces) u -= ((const lanes *)s->fill)[r] * ahead;
+    u = fused(((const lanes *)s->link)[r + 1], u, right[r]);
+    if (pieces) u = less_fused(u, ((const lanes *)s->fill)[r], ahead);
     u *= ((const lanes *)s->inv_pivot)[r];
     if (!pieces) u = only(turns, u);
     right[r] = u;
@@ -297,13 +325,13 @@ INLINED void bend_general(const hb_strip *s, int r, direction t, direction n, v3
   const lanes *b = (const lanes *)s->stress + 4 * r;
   lanes inv_l = ((const lanes *)s->inv_l)[r], chi = R(1) + v3_dot(t.t, n.t);
   lanes inv = R(1) / larger(chi, all(R(HB_FOLD_LIMIT)));
-  v3 g = v3_axpy(v3_scale(b[0], v3_cross(t.t, d)), -b[1], d);
-  g = v3_axpy(v3_axpy(g, b[2], v3_cross(n.t, e)), -b[3], e);
+  v3 g = v3_less(v3_scale(b[0], v3_cross(t.t, d)), b[1], d);
+  g = v3_less(v3_axpy(g, b[2], v3_cross(n.t, e)), b[3], e);
   g = v3_scale(inv_l, g);
   lanes half_moment = R(0.5) * ((const lanes *)s->moment)[r], twice = R(2) * inv;
   v3 sum = v3_scale(v3_dot(g, kb) * inv, v3_add(t.t, n.t));
-  v3 base = v3_axpy(sum, -half_moment, kb);
-  *q0 = v3_scale(t.inv, v3_axpy(base, -twice, v3_cross(n.t, g)));
+  v3 base = v3_less(sum, half_moment, kb);
+  *q0 = v3_scale(t.inv, v3_less(base, twice, v3_cross(n.t, g)));
   *q1 = v3_scale(n.inv, v3_axpy(base, twice, v3_cross(t.t, g)));
 }
 
@@ -312,6 +340,7 @@ INLINED void general_rows(hb_strip *s, bool pieces) {
   int top = s->rows - 1;
   lanes *f = s->f;
   const lanes *ts = s->t, *m1 = s->m1, *inv = s->inv_length;
+  lanes sum = none();
   v3 carry = v3_zero(), before = v3_zero(), q0, q1, d = v3_load(m1);
   direction t = {v3_load(ts), inv[0]};
   if (pieces) {
@@ -326,6 +355,7 @@ INLINED void general_rows(hb_strip *s, bool pieces) {
     v3 stress = v3_add(carry, q0);
     v3_store(f + 3 * (r - 1), v3_sub(before, stress));
     if (pieces && r == 1) v3_store(s->first_stress, stress);
+    sum += sum_of(stress);
     before = stress;
     carry = q1;
     t = n;
@@ -341,6 +371,7 @@ INLINED void general_rows(hb_strip *s, bool pieces) {
   v3_store(f + 3 * top, v3_sub(before, stress));
   v3_store(f + 3 * s->rows, stress);
   v3_store(s->last_stress, stress);
+  *(lanes *)s->finite = sum + sum_of(stress);
 }
 
 /* ---- the passes, each compiled for its cases ---- */
@@ -348,9 +379,11 @@ INLINED void general_rows(hb_strip *s, bool pieces) {
 /* Frames carried. */
 static void carry(hb_strip *s, bool exact) {
   if (exact)
-    carry_rows(s, true);
+    carry_rows(s, true, false);
+  else if (s->known_t)
+    carry_rows(s, false, true);
   else
-    carry_rows(s, false);
+    carry_rows(s, false, false);
 }
 
 /* A look at the energy of turns. */

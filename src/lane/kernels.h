@@ -1,6 +1,9 @@
 /* The table of one file's kernels: HB_LANE_TABLE names it, HB_LANE_NAME says what it is. */
 #include "lane/general.h"
 #include "lane/loads.h"
+#ifndef HB_LANE_SINGLE
+#include "lane/frames.h"
+#endif
 
 extern const hb_lane_kernels HB_LANE_TABLE;
 const hb_lane_kernels HB_LANE_TABLE = {
@@ -13,6 +16,8 @@ const hb_lane_kernels HB_LANE_TABLE = {
     .spread = spread,
     .join_spread = join_spread,
     .transport = transport,
+    .flex = flex,
+    .assemble = assemble,
     .elastic = elastic,
     .join_elastic = join_elastic,
     .carry = carry,
@@ -25,4 +30,9 @@ const hb_lane_kernels HB_LANE_TABLE = {
     .eliminate_rates = eliminate_rates,
     .spread_rates = spread_rates,
     .sum_up = sum_up,
+#ifndef HB_LANE_SINGLE
+    .carry_directors = carry_directors,
+    .panel_twist = panel_twist,
+    .director_angle = director_angle,
+#endif
 };

@@ -12,6 +12,9 @@
 #include "lane/strip.h"
 
 #include <math.h>
+#if defined(__AVX2__) && defined(__FMA__)
+#define HB_LANE_FUSED
+#endif
 #if defined(__AVX2__) || defined(__SSE2__)
 #include <immintrin.h>
 #endif
@@ -148,7 +151,40 @@ INLINED lanes down(lanes a, hb_real last) {
   return choose(here, all(last), r);
 }
 
-/* Vectors: the algebra of math/vec3.h in lanes, with the operations in the same order. */
+/* a b + c with one rounding: what libm's fma gives, too, where the processor has no such instruction. */
+INLINED lanes fused(lanes a, lanes b, lanes c) {
+#if defined(HB_LANE_FUSED) && defined(HB_LANE_SINGLE)
+  return (lanes)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+#elif defined(HB_LANE_FUSED)
+  return (lanes)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
+#elif defined(HB_LANE_SINGLE)
+  for (int l = 0; l < HB_LANES; l++) c[l] = fmaf(a[l], b[l], c[l]);
+  return c;
+#else
+  for (int l = 0; l < HB_LANES; l++) c[l] = fma(a[l], b[l], c[l]);
+  return c;
+#endif
+}
+
+/* a b - c, the same way. */
+INLINED lanes fused_less(lanes a, lanes b, lanes c) { return fused(a, b, -c); }
+
+/* c - a b. */
+INLINED lanes less_fused(lanes c, lanes a, lanes b) { return fused(-a, b, c); }
+
+/* The polynomial with these coefficients, highest power first, at q. Horner's rule waits for itself; this
+ * does not: even and odd powers apart, in q^2. */
+INLINED lanes polynomial(const double *coefficients, int count, lanes q) {
+  lanes square = q * q, one = all((hb_real)coefficients[0]), two = all((hb_real)coefficients[1]);
+  for (int k = 2; k + 1 < count; k += 2) {
+    one = fused(one, square, all((hb_real)coefficients[k]));
+    two = fused(two, square, all((hb_real)coefficients[k + 1]));
+  }
+  if (count % 2 == 0) return fused(one, q, two);
+  return fused(one, square, fused(two, q, all((hb_real)coefficients[count - 1])));
+}
+
+/* Vectors: the algebra of math/vec3.h in lanes, with products fused into the sums. */
 INLINED v3 v3_load(const lanes *p) { return (v3){p[0], p[1], p[2]}; }
 INLINED void v3_store(lanes *p, v3 a) {
   p[0] = a.x;
@@ -161,10 +197,20 @@ INLINED v3 v3_zero(void) { return (v3){none(), none(), none()}; }
 INLINED v3 v3_add(v3 a, v3 b) { return (v3){a.x + b.x, a.y + b.y, a.z + b.z}; }
 INLINED v3 v3_sub(v3 a, v3 b) { return (v3){a.x - b.x, a.y - b.y, a.z - b.z}; }
 INLINED v3 v3_scale(lanes s, v3 a) { return (v3){s * a.x, s * a.y, s * a.z}; }
-INLINED v3 v3_axpy(v3 a, lanes s, v3 b) { return (v3){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z}; }
-INLINED lanes v3_dot(v3 a, v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+INLINED v3 v3_axpy(v3 a, lanes s, v3 b) {
+  return (v3){fused(s, b.x, a.x), fused(s, b.y, a.y), fused(s, b.z, a.z)};
+}
+
+/* a - s b. */
+INLINED v3 v3_less(v3 a, lanes s, v3 b) {
+  return (v3){less_fused(a.x, s, b.x), less_fused(a.y, s, b.y), less_fused(a.z, s, b.z)};
+}
+
+/* a . b. */
+INLINED lanes v3_dot(v3 a, v3 b) { return fused(a.x, b.x, fused(a.y, b.y, a.z * b.z)); }
 INLINED v3 v3_cross(v3 a, v3 b) {
-  return (v3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  return (v3){fused_less(a.y, b.z, a.z * b.y), fused_less(a.z, b.x, a.x * b.z),
+              fused_less(a.x, b.y, a.y * b.x)};
 }
 
 /* a where the mask is set, else b. */

@@ -39,9 +39,9 @@ INLINED v3 drag(const burden *b, v3 chord, v3 rate) {
   lanes square = v3_dot(chord, chord);
   v3 w = v3_sub(rate, b->medium), t = v3_scale(only(square > none(), R(1) / root(square)), chord);
   lanes along = v3_dot(w, t);
-  v3 across = v3_axpy(w, -along, t);
-  lanes n = b->linear_n + b->square_n * root(v3_dot(across, across));
-  lanes a = (b->linear_t + b->square_t * size_of(along)) * along;
+  v3 across = v3_less(w, along, t);
+  lanes n = fused(b->square_n, root(v3_dot(across, across)), b->linear_n);
+  lanes a = fused(b->square_t, size_of(along), b->linear_t) * along;
   return v3_axpy(v3_scale(n, across), a, t);
 }
 
@@ -54,14 +54,14 @@ INLINED void load_vertex(hb_strip *s, const burden *b, int r, bool damped, bool 
   v3 way = v3_sub(now, v3_load((const lanes *)s->x_old + 3 * r)), rate = v3_zero();
   v3 push = v3_axpy(v3_axpy(b->per_vertex, m, b->acceleration), w, b->per_length);
   if (damped || windy) rate = v3_axpy(v3_scale(all(b->keep), v3_load(v + 3 * r)), all(b->gain), way);
-  if (windy) push = v3_axpy(push, -w, drag(b, v3_sub(after, before), rate));
+  if (windy) push = v3_less(push, w, drag(b, v3_sub(after, before), rate));
   push = v3_only(m > none(), push); /* phantoms have no mass */
   sum->work += only(counts, v3_dot(v3_add(v3_load(load), push), way));
   v3_store(load, push);
   v3 force = v3_add(v3_load(f), push);
   if (damped) {
     sum->lost += only(counts, m * v3_dot(way, way));
-    force = v3_axpy(force, -(b->damping * m), rate);
+    force = v3_less(force, b->damping * m, rate);
   }
   v3_store(f, force);
 }

@@ -204,6 +204,7 @@ static void lay_out(hb_strip *s, char **next) {
   *next += (numbers)*row;
   HB_STRIP_RECORDS(HB_PLACE)
 #undef HB_PLACE
+  s->f_twist = s->inv_pivot; /* 3 arrays of a number per vertex, one behind the other */
   s->turns = *next;
   *next += 4 * (size_t)s->cut_count * row;
 }
@@ -329,6 +330,7 @@ static hb_status fill_plan(const hb_model *m, hb_lane_plan *plan, const candidat
     hb_strip *next = strips;
     for (int k = 0; k < plan->unit_count; k++) {
       plan->units[k].strips = next;
+      plan->units[k].kernels = plan->kernels;
       next += plan->units[k].strip_count;
       shape_strips(m, &plan->units[k], plan->kernels);
     }
@@ -340,7 +342,8 @@ static hb_status fill_plan(const hb_model *m, hb_lane_plan *plan, const candidat
 
 /* Sorts the wanted rods and builds units of them. */
 hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted,
-                              const hb_lane_kernels *kernels, hb_lane_plan **out, hb_error *err) {
+                              const hb_lane_kernels *kernels, const hb_lane_kernels *once, hb_lane_plan **out,
+                              hb_error *err) {
   *out = NULL;
   int count = 0;
   for (int r = 0; r < model->rod_count; r++) count += wanted[r] != 0;
@@ -353,6 +356,7 @@ hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted
     return hb_fail_memory(err, "rods in lanes");
   }
   plan->kernels = kernels;
+  plan->once = once;
   count = 0;
   for (int r = 0; r < model->rod_count; r++)
     if (wanted[r]) {

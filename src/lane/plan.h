@@ -13,6 +13,7 @@
 
 /* What takes its steps together: a bundle of rods in the lanes of one strip, or one rod cut into pieces. */
 typedef struct hb_unit {
+  const hb_lane_kernels *kernels;
   hb_strip *strips;
   int strip_count;
   int rods[HB_LANES_MAX]; /* bundle: rod of each lane; pieces: the rod */
@@ -21,6 +22,8 @@ typedef struct hb_unit {
   bool twisted; /* closed form, with a twisting moment */
   bool general;
   bool loaded;   /* loads act on some rod of it */
+  bool alike;    /* a bundle whose rods have as many held frames and panels each (hb_lane_director) */
+  bool steady;   /* and none of these frames turns in this step */
   bool moving;   /* some of its vertices are led by formulas of time */
   double *tally; /* what this step adds to the totals of the state: a row of tallies */
   double tallies[HB_BLOCK_STEPS][HB_S_COUNT], length_errors[HB_BLOCK_STEPS]; /* of the steps of a block */
@@ -33,6 +36,7 @@ typedef struct hb_unit {
 
 typedef struct hb_lane_plan {
   const hb_lane_kernels *kernels;
+  const hb_lane_kernels *once; /* in doubles, for what is done once per rod */
   hb_unit *units;
   int unit_count;
   int *unit_of;   /* per rod: its unit, or -1 */
@@ -44,12 +48,13 @@ typedef struct hb_lane_plan {
 /* Plans the rods with wanted[rod] != 0; HB_WANTED_LOADED if loads act on them. *out NULL if there are none.
  */
 hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted,
-                              const hb_lane_kernels *kernels, hb_lane_plan **out, hb_error *err);
+                              const hb_lane_kernels *kernels, const hb_lane_kernels *once, hb_lane_plan **out,
+                              hb_error *err);
 void hb_lane_plan_free(hb_lane_plan *plan);
 
 /* State to lanes and back: positions, velocities, forces, multipliers of the unit's rods. */
 void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit);
-void hb_unit_store(const hb_model *model, hb_state *state, const hb_unit *unit);
+void hb_unit_store(const hb_model *model, hb_state *state, hb_unit *unit);
 /* Only what is measured: positions, velocities, directors and twists; with forces also those. */
 void hb_unit_store_measured(const hb_model *model, hb_state *state, const hb_unit *unit, bool forces);
 

@@ -28,6 +28,7 @@ typedef struct chain {
   lanes fill, up;         /* its entries with the unknown in front of the piece */
   lanes schur_d, schur_r; /* what the piece takes from the row in front of it */
   lanes worst, sound;
+  lanes sum; /* of length errors: not a number if one of them is none */
 } chain;
 
 /* What the rows are. */
@@ -50,11 +51,11 @@ INLINED lanes wanted(const rows_of *q, int r, v3 e, bool tail, chain *c) {
     lanes rate = v3_dot(e, edge_of(s->v, r));
     return tail ? only(real_edges(s, r), rate) : rate;
   }
-  lanes off = R(0.5) * v3_dot(e, e) - ((const lanes *)s->half_rest2)[r];
+  lanes off = fused_less(all(R(0.5)), v3_dot(e, e), ((const lanes *)s->half_rest2)[r]);
   if (tail) off = only(real_edges(s, r), off);
   lanes size = size_of(off) * judge_of(s, r);
-  /* not-a-number stays */
-  c->worst = choose((c->worst >= size) | (c->worst != c->worst), c->worst, size);
+  c->worst = larger(size, c->worst);
+  c->sum += size;
   return off;
 }
 
@@ -70,21 +71,23 @@ INLINED chain new_chain(void) {
                  .schur_d = none(),
                  .schur_r = none(),
                  .worst = none(),
-                 .sound = all(1)};
+                 .sound = all(1),
+                 .sum = none()};
 }
 
-/* Row r of a tridiagonal system (low: its entry with the row before, link: the other way round); that row is
- * taken out of it. The last row of a piece is only prepared. definite: pivots are to be positive. */
+/* Row r of a tridiagonal system (low: its entry with the row before, link: the other way round; both with
+ * their signs turned); that row is taken out of it. The last row of a piece is only prepared. definite:
+ * pivots are to be positive. */
 INLINED void take_out(hb_strip *s, bool pieces, int r, lanes diagonal, lanes low, lanes link, lanes right,
                       bool last, bool definite, chain *c) {
-  lanes ratio = low * c->inv, pivot = diagonal - ratio * link;
-  right -= ratio * c->right;
+  lanes ratio = low * c->inv, pivot = less_fused(diagonal, ratio, link);
+  right = fused(ratio, c->right, right);
   if (pieces) {
     bool first = r == 0;
-    lanes fill = first ? low : -(ratio * c->fill);
-    lanes above = first ? link : -(c->m_up * link);
-    c->schur_d += c->m_up * c->fill;
-    c->schur_r += c->m_up * c->right;
+    lanes fill = first ? -low : ratio * c->fill;
+    lanes above = first ? -link : c->m_up * link;
+    c->schur_d = fused(c->m_up, c->fill, c->schur_d);
+    c->schur_r = fused(c->m_up, c->right, c->schur_r);
     c->fill = fill;
     c->up = above;
     ((lanes *)s->fill)[r] = fill;
@@ -132,7 +135,7 @@ INLINED void eliminate_row(const rows_of *q, int r, bool tail, bool last, chain 
   }
   lanes right = wanted(q, r, e, tail, c);
   lanes diagonal = (w[0] + w[1]) * v3_dot(e, d);
-  lanes low = -(w[0] * v3_dot(e, c->d)), link = q->along ? -(w[0] * v3_dot(c->e, d)) : low;
+  lanes low = w[0] * v3_dot(e, c->d), link = q->along ? w[0] * v3_dot(c->e, d) : low;
   take_out(s, q->pieces, r, diagonal, low, link, right, last, false, c);
   c->e = e;
   c->d = d;
@@ -154,7 +157,7 @@ INLINED void eliminate_rows(const rows_of *q) {
     v3_store(s->last_pull, c.d);
   }
   finish_chain(s, q->pieces, &c);
-  if (!q->rates) *(lanes *)s->worst = c.worst;
+  if (!q->rates) *(lanes *)s->worst = choose(c.sum == c.sum, c.worst, c.sum);
 }
 
 /* What corrections do. */
@@ -213,8 +216,8 @@ INLINED void spread_rows(const effect *q) {
   for (int r = top - 1; r >= 0; r--) {
     far = near;
     near = v3_load(way + 3 * r);
-    u = ((const lanes *)s->right)[r] - ((const lanes *)s->link)[r + 1] * u;
-    if (q->pieces) u -= ((const lanes *)s->fill)[r] * ahead;
+    u = fused(((const lanes *)s->link)[r + 1], u, ((const lanes *)s->right)[r]);
+    if (q->pieces) u = less_fused(u, ((const lanes *)s->fill)[r], ahead);
     u *= ((const lanes *)s->inv_pivot)[r];
     if (some_wait) u = only(moves, u);
     v3 next = v3_scale(u, v3_sub(far, near)), was = moved;
@@ -245,12 +248,49 @@ INLINED void spread_rows(const effect *q) {
   if (!q->rates) *(lanes *)s->left = larger(left, left_of(s, 0, moved, was));
 }
 
+/* Force along an edge, bending and twisting put together; twisting: of one unit of moment. */
+INLINED v3 whole_stress(const hb_strip *s, const lanes *bending, const lanes *twisting) {
+  return v3_less(v3_load(bending), *(const lanes *)s->rod_moment, v3_load(twisting));
+}
+
+/* The same on the edge before row 0 of each lane, and behind its last row: none beyond the ends of the rod.
+ */
+INLINED v3 stress_before(const hb_strip *s) {
+  v3 own = whole_stress(s, s->last_stress, s->last_twist), in = v3_zero();
+  const int w = HB_LANES - 1;
+  if (s->before) in = whole_stress(s->before, s->before->last_stress, s->before->last_twist);
+  return (v3){up(own.x, in.x[w]), up(own.y, in.y[w]), up(own.z, in.z[w])};
+}
+
+/* And on the edge behind the last row. */
+INLINED v3 stress_behind(const hb_strip *s) {
+  v3 own = whole_stress(s, s->first_stress, s->first_twist), in = v3_zero();
+  if (s->after) in = whole_stress(s->after, s->after->first_stress, s->after->first_twist);
+  return (v3){down(own.x, in.x[0]), down(own.y, in.y[0]), down(own.z, in.z[0])};
+}
+
+/* The force on the vertices in row r. split: from the forces on edges, written over them row by row; *before
+ * is that on the edge before. */
+INLINED v3 whole_force(hb_strip *s, int r, bool split, v3 *before) {
+  lanes *at = (lanes *)s->f + 3 * r;
+  if (!split) return v3_load(at);
+  v3 here = v3_zero();
+  if (r < s->rows)
+    here = whole_stress(s, at, (const lanes *)s->f_twist + 3 * r);
+  else if (s->pieces)
+    here = stress_behind(s);
+  v3 f = v3_sub(*before, here);
+  v3_store(at, f);
+  *before = here;
+  return f;
+}
+
 /* v = v_old + kick M^-1 f; x = x_old + drift v, and where wanted the pull of the last multipliers once more.
  */
-INLINED void advance_rows(hb_strip *s, hb_real kick, hb_real drift, bool guess) {
-  const lanes *xo = s->x_old, *vo = s->v_old, *f = s->f, *w = s->mobility, *mu = s->lambda_old;
+INLINED void advance_rows(hb_strip *s, hb_real kick, hb_real drift, bool guess, bool split) {
+  const lanes *xo = s->x_old, *vo = s->v_old, *w = s->mobility, *mu = s->lambda_old;
   lanes *x = s->x, *v = s->v, *sum = s->lambda;
-  v3 before = v3_zero();
+  v3 before = v3_zero(), stress = split && s->pieces ? stress_before(s) : v3_zero();
   hb_real in = 0;
   if (guess && s->pieces) {
     if (s->before) in = ((const lanes *)s->before->lambda_old)[s->before->rows - 1][HB_LANES - 1];
@@ -259,7 +299,7 @@ INLINED void advance_rows(hb_strip *s, hb_real kick, hb_real drift, bool guess) 
   }
   for (int r = 0; r <= s->rows; r++) {
     v3 now = v3_load(vo + 3 * r), from = v3_load(xo + 3 * r);
-    now = v3_axpy(now, kick * w[r], v3_load(f + 3 * r));
+    now = v3_axpy(now, kick * w[r], whole_force(s, r, split, &stress));
     v3 to = v3_axpy(from, all(drift), now);
     v3_store(v + 3 * r, now);
     if (guess) {
@@ -280,10 +320,10 @@ INLINED void advance_rows(hb_strip *s, hb_real kick, hb_real drift, bool guess) 
 
 /* Velocities at the end of a second-order step: what the multipliers pulled over the step, and the second
  * kick. */
-INLINED void finish_velocities(hb_strip *s, hb_real kick, hb_real inv_h) {
-  const lanes *xo = s->x_old, *f = s->f, *w = s->mobility, *mu = s->lambda;
+INLINED void finish_velocities(hb_strip *s, hb_real kick, hb_real inv_h, bool split) {
+  const lanes *xo = s->x_old, *w = s->mobility, *mu = s->lambda;
   lanes *v = s->v, sum = none();
-  v3 before = v3_zero();
+  v3 before = v3_zero(), stress = split && s->pieces ? stress_before(s) : v3_zero();
   hb_real in = 0;
   if (s->pieces) {
     if (s->before) in = ((const lanes *)s->before->lambda)[s->before->rows - 1][HB_LANES - 1];
@@ -299,7 +339,7 @@ INLINED void finish_velocities(hb_strip *s, hb_real kick, hb_real inv_h) {
       after = v3_scale(down(mu[0], in), edge_behind(s, xo, s->after ? s->after->x_old : NULL, v3_zero()));
     }
     v3 pull = v3_scale(all(inv_h), v3_sub(after, before));
-    v3 push = v3_axpy(pull, all(kick), v3_load(f + 3 * r));
+    v3 push = v3_axpy(pull, all(kick), whole_force(s, r, split, &stress));
     v3 now = v3_axpy(v3_load(v + 3 * r), w[r], push);
     v3_store(v + 3 * r, now);
     sum += (now.x + now.y) + now.z;
@@ -312,10 +352,21 @@ INLINED void finish_velocities(hb_strip *s, hb_real kick, hb_real inv_h) {
 
 /* Kick and drift. */
 static void advance(hb_strip *s, double kick, double drift, bool guess) {
-  if (guess)
-    advance_rows(s, (hb_real)kick, (hb_real)drift, true);
+  if (guess) /* of the scheme that puts forces together when it finishes velocities */
+    advance_rows(s, (hb_real)kick, (hb_real)drift, true, false);
+  else if (s->split)
+    advance_rows(s, (hb_real)kick, (hb_real)drift, false, true);
   else
-    advance_rows(s, (hb_real)kick, (hb_real)drift, false);
+    advance_rows(s, (hb_real)kick, (hb_real)drift, false, false);
+  s->split = false;
+}
+
+/* Forces on vertices, where there are forces on edges. */
+static void assemble(hb_strip *s) {
+  if (!s->split) return;
+  v3 stress = s->pieces ? stress_before(s) : v3_zero();
+  for (int r = 0; r <= s->rows; r++) (void)whole_force(s, r, true, &stress);
+  s->split = false;
 }
 
 /* Lengths. */
@@ -344,7 +395,11 @@ static void spread(hb_strip *s, bool along, double inv_h) {
 
 /* Rates of lengths. */
 static void eliminate_rates(hb_strip *s, double kick, double inv_h) {
-  finish_velocities(s, (hb_real)kick, (hb_real)inv_h);
+  if (s->split)
+    finish_velocities(s, (hb_real)kick, (hb_real)inv_h, true);
+  else
+    finish_velocities(s, (hb_real)kick, (hb_real)inv_h, false);
+  s->split = false;
   if (s->pieces)
     eliminate_rows(&(rows_of){s, true, false, true});
   else

@@ -28,9 +28,9 @@
   F(half_rest2, 0, 1, "|e-bar|^2/2")                                                                         \
   F(inv_rest, 2, 1, "1/|e-bar|; row 0 belongs to the edge before the first, row K + 1 to the one behind")    \
   F(bend_gain, 1, 1, "8 alpha/l, 0 where nothing bends")                                                     \
-  F(inv_pivot, 0, 1, "1/pivot of the elimination")                                                           \
-  F(link, 0, 1, "entry by which the row before needs this row's unknown")                                    \
-  F(right, 0, 1, "right-hand sides, then unknowns")                                                          \
+  F(inv_pivot, 1, 1, "1/pivot of the elimination; with the two behind it also f_twist")                      \
+  F(link, 1, 1, "entry by which the row before needs this row's unknown, sign turned")                       \
+  F(right, 1, 1, "right-hand sides, then unknowns")                                                          \
   F(v_old, 1, 3, "velocities at the start of the step")
 
 /* The same where loads act. */
@@ -84,12 +84,14 @@
   F(last_moved, 3, "how vertex K - 1 moved")                                                                 \
   F(first_stress, 3, "force on edge 0")                                                                      \
   F(last_stress, 3, "force on edge K - 1")                                                                   \
+  F(first_twist, 3, "and per unit of twisting moment, on edge 0")                                            \
+  F(last_twist, 3, "on edge K - 1")                                                                          \
   F(lowest_chi, 1, "smallest 1 + t.t'")                                                                      \
   F(rod_moment, 1, "twisting moment of each lane's rod, where it is one for the whole rod")                  \
   F(keep, 1, "part of the last spin that is a good guess for the next (general rods)")                       \
   F(scale, 1, "what the terms of dE/dtheta are made of (general rods)")                                      \
   F(floor, 1, "largest twisting gain (general rods)")                                                        \
-  F(finite, 1, "a sum that is finite if all forces and velocities are")                                      \
+  F(finite, 1, "a sum that is finite if all of the strip's numbers are")                                     \
   F(law, HB_LAW_NUMBERS, "uniform load on each lane's rod: the numbers of hb_uniform_load in their order")   \
   F(work, 1, "sum of (load before + load now) . way over the vertices of a lane")                            \
   F(lost, 1, "sum of m |way|^2 over them")
@@ -106,10 +108,13 @@ typedef struct hb_strip {
   bool uniform;                  /* twisted: every rod of it has one moment from end to end */
   bool loaded;                   /* loads act on some rod of it */
   bool windy, damped;            /* some lane's rod meets drag, mass damping as a uniform load */
+  bool known_t;                  /* t holds the directions of the edges of x_old */
+  bool split;                    /* f holds forces on edges, not on vertices yet */
   bool relative;                 /* length errors are judged relative to the rest length */
   const struct hb_strip *before; /* neighbours along the same rod, NULL at its ends */
   const struct hb_strip *after;
-  int *cuts; /* twisted: rows where a product of transports ends, ascending; the last is K - 1 */
+  void *f_twist; /* split: 3 per edge, force per unit of twisting moment, until the next elimination */
+  int *cuts;     /* twisted: rows where a product of transports ends, ascending; the last is K - 1 */
   int cut_count;
   void *turns; /* 4 per cut: the products as quaternions, real part first */
 #define HB_DECLARE(name, extra, numbers, text) void *name;
@@ -123,6 +128,12 @@ typedef struct hb_strip {
   HB_STRIP_RECORDS(HB_DECLARE)
 #undef HB_DECLARE
 } hb_strip;
+
+/* Directors d of HB_LANES_DOUBLE rods, one of each, on edges that were along the unit vectors t. */
+typedef struct hb_lane_director {
+  _Alignas(64) double e[3 * HB_LANES_DOUBLE]; /* the edge now; then t points along it */
+  double t[3 * HB_LANES_DOUBLE], d[3 * HB_LANES_DOUBLE];
+} hb_lane_director;
 
 /* The passes of a step over one strip, compiled per precision and instruction set. */
 typedef struct hb_lane_kernels {
@@ -145,6 +156,10 @@ typedef struct hb_lane_kernels {
   /* Products of transports from cut to cut, smallest 1 + t.t'. exact: lengths may be off by more than 5e-9.
    */
   void (*transport)(hb_strip *strip, bool exact);
+  /* The same with forces on edges: of bending into f and, per unit of twisting moment, into f_twist; for
+   * uniform strips. What needs them first puts them together, at the latest assemble. */
+  void (*flex)(hb_strip *strip, bool exact);
+  void (*assemble)(hb_strip *strip);
   /* Elastic forces. */
   void (*elastic)(hb_strip *strip, bool exact);
   void (*join_elastic)(hb_strip *strip);
@@ -166,6 +181,14 @@ typedef struct hb_lane_kernels {
   void (*spread_rates)(hb_strip *strip);
   /* Leaves a sum in `finite` that is a number if all velocities and forces are. */
   void (*sum_up)(hb_strip *strip);
+  /* Once per rod, in doubles; NULL in tables of floats. Directors carried to the directions of e; false if
+   * one of them cannot be. Twist from one director to another over a rotation, and angle between directors,
+   * nearest to what it was: math/rotation.h in lanes. */
+  bool (*carry_directors)(hb_lane_director *list, int count);
+  void (*panel_twist)(const double turn[4 * HB_LANES_DOUBLE], const hb_lane_director *from,
+                      const hb_lane_director *to, double twist[HB_LANES_DOUBLE]);
+  void (*director_angle)(const hb_lane_director *from, const hb_lane_director *to,
+                         double angle[HB_LANES_DOUBLE]);
 } hb_lane_kernels;
 
 /* The kernels for this processor, without special instructions if they are to be portable. */

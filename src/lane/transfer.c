@@ -233,6 +233,7 @@ void hb_unit_store_frames(const hb_model *model, hb_state *state, const hb_unit 
 void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit) {
   for (int g = 0; g < unit->strip_count; g++) {
     hb_strip *s = &unit->strips[g];
+    s->split = s->known_t = false;
     for (int lane = 0; lane < s->lanes; lane++) {
       lane_of l = describe(model, unit, s, lane);
       load3(s, l, lane, state->x, s->x, false);
@@ -248,9 +249,10 @@ void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit) {
 }
 
 /* And back. */
-void hb_unit_store(const hb_model *model, hb_state *state, const hb_unit *unit) {
+void hb_unit_store(const hb_model *model, hb_state *state, hb_unit *unit) {
   for (int g = 0; g < unit->strip_count; g++) {
-    const hb_strip *s = &unit->strips[g];
+    hb_strip *s = &unit->strips[g];
+    unit->kernels->assemble(s);
     for (int lane = 0; lane < (unit->pieces ? s->lanes : unit->rod_count); lane++) {
       lane_of l = describe(model, unit, s, lane);
       store3(s, l, lane, s->x, state->x);

@@ -53,12 +53,6 @@ static hb_status check_implicit(const hb_scene_def *def, hb_error *err) {
     return hb_compile_fail(def, m->line, m->column, err,
                            "method.precision: implicit schemes need double; single goes with verlet and "
                            "symplectic-euler");
-  for (int r = 0; implicit && r < def->rod_count; r++)
-    if (def->rods[r].closing != HB_CLOSING_NONE)
-      return hb_compile_fail(
-          def, def->rods[r].line, def->rods[r].column, err,
-          "rod %s: implicit schemes do not step closed rods; verlet and symplectic-euler do",
-          def->rods[r].name ? def->rods[r].name : "without a name");
   return HB_OK;
 }
 

@@ -156,6 +156,7 @@ void hb_sim_measure_equilibrium(hb_sim *sim, const hb_equilibrium *result, hb_fr
       frame->tension[k] = 2 * result->multiplier[k] * m->inv_rest_length[k] * sqrt(length);
       if (k + 1 < rod->first + rod->nv) frame->tension[k] += hb_measure_spring(m, k, x);
     }
+    hb_rod_share_seam(rod, frame->reaction);
     hb_measure_internal_force(rod, frame);
   }
 }

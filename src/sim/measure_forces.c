@@ -63,6 +63,7 @@ static void measure_tension(hb_measure *probe, const hb_rod *rod, hb_frame *out)
     if (reactions) reaction_at(probe, k, constraint, out->reaction + 3 * k);
     before = pull;
   }
+  if (reactions) hb_rod_share_seam(rod, out->reaction);
 }
 
 /* Moment of the bending of a vertex between unit tangents t and n: what its energy gains when all behind the

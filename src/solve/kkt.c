@@ -190,6 +190,7 @@ void hb_kkt_assemble(hb_kkt *kkt, const hb_model *model, const hb_rod *rod, cons
     isolate(&kkt->matrix, k);
     kkt->right[k] = 0;
   }
+  if (kkt->closed && rod->extensible) isolate(&kkt->matrix, last + HB_KKT_MULTIPLIER);
 }
 
 /* Rows of the identity stay such. */

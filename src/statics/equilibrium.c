@@ -274,7 +274,8 @@ static hb_status balance(hb_statics *s, const hb_rod *rod, double t, const hb_eq
     hb_status status = look_around(s, rod, t, options->any, &now, result, err);
     if (status) return status;
     double noise = (32 + rod->nv) * DBL_EPSILON * s->magnitude;
-    bool done = now.residual <= options->tolerance * now.scale && now.turn <= 1e-5;
+    double allowed = options->tolerance * now.scale; /* forces far below it turn only what has no stiffness */
+    bool done = now.residual <= allowed && now.turn <= (now.residual <= 1e-2 * allowed ? 1e-3 : 1e-5);
     /* at the bottom round-off decides */
     bool stalled = now.turn < 1e-4 && fabs(now.slope) <= noise && now.residual >= 0.25 * previous;
     if (done || stalled) {

@@ -14,8 +14,10 @@
 enum { STEPS_MORE = 40, STEPS_MOST = 240, RUNS_MOST = 200 };
 /* omega^2 that are closer than this part of themselves, or of the scale, count as one for the search. */
 #define APART 1e-6
-/* What holds a frame that nothing holds, as a part of what its neighbours hold it with. */
+/* What holds a frame that nothing holds, as a part of what its neighbours hold it with; and what of that is
+ * round-off, when all frames turn together. */
 #define HOLD 1e-10
+#define FREE 1e-13
 
 /* Turns have none. */
 long hb_vibration_masses(const hb_statics *s, const hb_rod *rod, double *mass) {
@@ -31,15 +33,30 @@ long hb_vibration_masses(const hb_statics *s, const hb_rod *rod, double *mass) {
   return count;
 }
 
-/* All frames of a free rod of round section turn for nothing, and without mass the matrix would be singular.
- */
+/* Can all frames be turned at once for nothing? So it is where the section is round and no frame is held, if
+ * the rod is straight at rest. */
+static bool frames_free(hb_kkt *kkt, const hb_rod *rod) {
+  double *turns = kkt->scratch, *torque = kkt->right, sum = 0, size = 0;
+  if (rod->closed_form || rod->frame_count > 0) return false;
+  memset(turns, 0, (size_t)kkt->matrix.n * sizeof *turns);
+  for (int j = 0; j + 1 < rod->nv; j++) turns[HB_KKT_STRIDE * j + HB_KKT_TURN] = kkt->unknown[j];
+  hb_kkt_multiply(kkt, turns, torque);
+  for (int k = HB_KKT_TURN; k < kkt->matrix.n; k += HB_KKT_STRIDE) {
+    sum += turns[k] * torque[k];
+    size += fabs(kkt->matrix.a[(size_t)(kkt->matrix.half + 1) * (size_t)k]);
+  }
+  return !(fabs(sum) > FREE * size);
+}
+
+/* Frames that turn for nothing would make the matrix singular, since they have no mass: one is held. Where
+ * they do not, none is: a frame turns with a rod that moves rigidly. */
 hb_status hb_vibration_assemble(hb_statics *s, const hb_rod *rod, double t, const double *multiplier,
                                 hb_error *err) {
   hb_kkt_begin(&s->kkt, s->model, rod);
   hb_status status = hb_statics_evaluate(s, rod, t, err);
   if (status) return status;
   hb_kkt_assemble(&s->kkt, s->model, rod, s->state, &s->rod_work, t, multiplier, NULL);
-  if (!rod->closed_form && rod->frame_count == 0) {
+  if (frames_free(&s->kkt, rod)) {
     double *at = s->kkt.matrix.a + (size_t)(s->kkt.matrix.half + 1) * HB_KKT_TURN;
     at[0] += HOLD * at[0];
   }
@@ -147,7 +164,7 @@ double hb_vibration_resolution(const hb_vibration *v, int found) {
     sum += 2 * fabs(a[j]) * part;
     metric += kkt->weight[j] * a[j] * a[j];
   }
-  return 4 * DBL_EPSILON * sum + v->stray * metric;
+  return 32 * DBL_EPSILON * sum + v->stray * metric;
 }
 
 /* How far apart two omega^2 are told apart. */

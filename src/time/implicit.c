@@ -67,6 +67,9 @@ static hb_status create_marcher(hb_implicit *im, hb_marcher *w, const hb_model *
   hb_status status = hb_rod_work_create(m, &w->rod_work, err);
   if (!status) status = hb_project_work_create(m, &w->project_work, err);
   if (!status) status = hb_kkt_create(longest, &w->kkt, err);
+  bool closed = false;
+  for (int r = 0; r < m->rod_count; r++) closed = closed || m->rods[r].closed;
+  if (!status && closed) status = hb_kkt_add_border(&w->kkt, err);
   if (status) return status;
   size_t unknowns = (size_t)(HB_KKT_STRIDE * longest + HB_KKT_HALF), drag = 9 * (size_t)longest;
   w->kkt.slim = true;

@@ -24,6 +24,7 @@ typedef enum hb_pass {
   RATES,
   SPREAD_RATES,
   TRANSPORT,
+  FLEX,
   ELASTIC,
   CARRY,
   FIRST_LOOK,

@@ -1,5 +1,5 @@
 /* Frames, twist and forces of rods in lanes. */
-#include "time/journey.h"
+#include "time/lane_frames.h"
 
 #include <float.h>
 #include <string.h>
@@ -30,7 +30,7 @@ static void fill_held_tangents(const hb_journey *j, int n) {
 }
 
 /* Transport along one panel: the products of its cuts, one behind the other. */
-static hb_quat panel_transport(const hb_unit *u, int n, int from, int to) {
+hb_quat hb_journey_panel(const hb_unit *u, int n, int from, int to) {
   hb_quat q = {1, {0, 0, 0}};
   hb_lane_place at = hb_unit_find(u, n, from + 1), end = hb_unit_find(u, n, to);
   int cut = 0;
@@ -66,7 +66,7 @@ static hb_status settle_frames(const hb_journey *j, int n, hb_error *err) {
   for (int k = rod->first_span; k < rod->first_span + rod->span_count; k++)
     for (int p = m->spans[k].first_panel; p < m->spans[k].first_panel + m->spans[k].panel_count; p++) {
       if (m->frame_of[m->panels[p].to] < 0) fill_tangent(j, n, m->panels[p].to - rod->first);
-      turns[p] = panel_transport(j->u, n, m->panels[p].from - rod->first, m->panels[p].to - rod->first);
+      turns[p] = hb_journey_panel(j->u, n, m->panels[p].from - rod->first, m->panels[p].to - rod->first);
     }
   hb_twist_closed(m, rod, j->s->state, &j->s->rod_work, turns);
   return HB_OK;
@@ -79,10 +79,14 @@ static void fill_moments(const hb_journey *j, int n) {
   const hb_rod *rod = &m->rods[u->rods[n]];
   for (int g = 0; g < u->strip_count; g++) {
     hb_strip *s = &u->strips[g];
-    for (int l = 0; l < s->lanes && s->uniform; l++)
-      if (u->pieces || l == n || (n == 0 && l >= u->rod_count))
-        hb_strip_set(s, s->rod_moment, 0, l, j->s->state->moment[rod->first_span]);
-    for (int l = 0; l < s->lanes && !s->uniform; l++) {
+    if (s->uniform) {
+      double moment = j->s->state->moment[rod->first_span];
+      if (!u->pieces) hb_strip_set(s, s->rod_moment, 0, n, moment);
+      for (int l = u->pieces ? 0 : n > 0 ? s->lanes : u->rod_count; l < s->lanes; l++)
+        hb_strip_set(s, s->rod_moment, 0, l, moment);
+      continue;
+    }
+    for (int l = 0; l < s->lanes; l++) {
       bool mine = u->pieces || l == n || (n == 0 && l >= u->rod_count);
       int at = rod->first + (u->pieces ? s->first_edge + l * s->rows : 0);
       for (int k = rod->first_span; mine && k < rod->first_span + rod->span_count; k++) {
@@ -170,6 +174,7 @@ static void add_loads(const hb_journey *j) {
   unsigned active = 0;
   for (int n = 0; n < u->rod_count; n++) active |= s->active[u->rods[n]];
   if (!active) return;
+  for (int g = 0; g < u->strip_count; g++) j->k->assemble(&u->strips[g]);
   set_uniform_loads(j);
   hb_journey_pass(j, LOADS);
   for (int g = 0; g < u->strip_count; g++)
@@ -190,6 +195,7 @@ static void add_loads(const hb_journey *j) {
 static hb_status evaluate_rods(const hb_journey *j, hb_error *err) {
   hb_unit *u = j->u;
   hb_status status = HB_OK;
+  for (int g = 0; g < u->strip_count; g++) u->strips[g].split = false;
   for (int n = 0; !status && n < u->rod_count; n++) {
     const hb_rod *rod = &j->s->model->rods[u->rods[n]];
     hb_unit_store3(j->s->model, u, n, AT(x), j->s->state->x);
@@ -204,6 +210,7 @@ static hb_status evaluate_rods(const hb_journey *j, hb_error *err) {
     hb_unit_add3(j->s->model, u, n, AT(f), j->s->state->force);
   }
   if (!status) add_loads(j);
+  if (!status) hb_journey_pass(j, SUM_UP);
   return status;
 }
 
@@ -324,7 +331,8 @@ static hb_status evaluate_general(const hb_journey *j, hb_error *err) {
   bool again = false;
   hb_stepper_begin(j->s);
   hb_journey_pass(j, CARRY);
-  for (int n = 0; n < u->rod_count; n++) {
+  bool steady = u->steady && hb_journey_hold_steady(j);
+  for (int n = 0; n < u->rod_count && !steady; n++) {
     hb_status status = hold_frames(j, n, err);
     if (status) return status;
   }
@@ -334,10 +342,12 @@ static hb_status evaluate_general(const hb_journey *j, hb_error *err) {
     hb_status status = g.irregular[n] ? resume_twist(j, n, err) : HB_OK;
     if (status) return status;
     again = again || g.irregular[n];
+    if (steady) continue;
     hb_unit_get_edge(u, n, 0, AT(m1), 3, m1);
     fill_tangent(j, n, 0);
     hb_twist_first_angle(&j->s->model->rods[u->rods[n]], state, m1, &j->s->rod_work);
   }
+  if (steady) hb_journey_first_angles(j);
   if (again) hb_journey_pass(j, LOOK);
   hb_stepper_end(j->s, HB_STAGE_TWIST);
   hb_journey_pass(j, GENERAL);
@@ -358,19 +368,21 @@ static hb_status evaluate_general(const hb_journey *j, hb_error *err) {
 hb_status hb_journey_evaluate(const hb_journey *j, hb_error *err) {
   hb_unit *u = j->u;
   if (u->general) return evaluate_general(j, err);
+  bool flexed = u->twisted && u->strips->uniform;
   hb_stepper_begin(j->s);
-  if (u->twisted) hb_journey_pass(j, TRANSPORT);
+  if (u->twisted) hb_journey_pass(j, flexed ? FLEX : TRANSPORT);
   if (u->twisted && folded(u)) return evaluate_rods(j, err);
+  bool steady = u->steady && hb_journey_settle_steady(j);
   for (int n = 0; n < u->rod_count; n++) {
-    hb_status status = settle_frames(j, n, err);
+    hb_status status = steady ? HB_OK : settle_frames(j, n, err);
     if (status) return status;
     if (u->twisted) fill_moments(j, n);
   }
   hb_stepper_end(j->s, HB_STAGE_TWIST);
-  hb_journey_pass(j, ELASTIC);
+  if (!flexed) hb_journey_pass(j, ELASTIC);
   for (int g = 0; g < u->strip_count; g++) j->k->join_elastic(&u->strips[g]);
   if (!u->twisted && folded(u)) return evaluate_rods(j, err);
-  for (int n = 0; n < u->rod_count; n++) {
+  for (int n = 0; n < u->rod_count && !steady; n++) {
     const hb_rod *rod = &j->s->model->rods[u->rods[n]];
     for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
       j->s->state->frame_torque[k] = hb_rod_frame_torque(j->s->model, rod, j->s->state, &j->s->rod_work, k);

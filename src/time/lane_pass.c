@@ -20,6 +20,7 @@ static void do_pass(const hb_journey *j, hb_strip *s, hb_pass which) {
   case RATES: j->k->eliminate_rates(s, half, 1 / j->h); break;
   case SPREAD_RATES: j->k->spread_rates(s); break;
   case TRANSPORT: j->k->transport(s, coarse_lengths(j)); break;
+  case FLEX: j->k->flex(s, coarse_lengths(j)); break;
   case ELASTIC: j->k->elastic(s, coarse_lengths(j)); break;
   case CARRY: j->k->carry(s, coarse_lengths(j)); break;
   case FIRST_LOOK: j->k->look(s, true); break;
@@ -65,10 +66,15 @@ void hb_journey_set(hb_unit *u, size_t record, double value) {
 /* Largest of a record over the lanes of a rod in pieces, or in one lane of a bundle; not-a-number stays. */
 double hb_journey_largest(const hb_unit *u, size_t record, int lane) {
   double worst = 0;
+  if (!u->pieces) {
+    void *array;
+    memcpy(&array, (const char *)u->strips + record, sizeof array);
+    return hb_strip_get(u->strips, array, 0, lane);
+  }
   for (int g = 0; g < u->strip_count; g++) {
     void *array;
     memcpy(&array, (const char *)&u->strips[g] + record, sizeof array);
-    for (int l = u->pieces ? 0 : lane; l < (u->pieces ? u->strips[g].lanes : lane + 1); l++) {
+    for (int l = 0; l < u->strips[g].lanes; l++) {
       double value = hb_strip_get(&u->strips[g], array, 0, l);
       if (!(value <= worst)) worst = value;
       if (worst != worst) return worst;

@@ -1,6 +1,6 @@
 #include "time/lane_step.h"
 
-#include "time/journey.h"
+#include "time/lane_frames.h"
 
 #include <string.h>
 
@@ -51,6 +51,7 @@ static void place(const hb_journey *j, bool exact) {
 /* Forces on prescribed vertices and torques on frames at the start of the step, for the work of supports. */
 static void keep_support_forces(const hb_journey *j) {
   hb_stepper *s = j->s;
+  if (j->u->steady && !j->u->moving) return; /* they do no work */
   for (int n = 0; n < j->u->rod_count; n++) {
     const hb_rod *rod = &s->model->rods[j->u->rods[n]];
     for (int k = rod->first_position; j->u->moving && k < rod->first_position + rod->position_count; k++)
@@ -82,6 +83,7 @@ static void edge_pull(const hb_journey *j, int n, int i, bool rates, size_t way,
 static void book_supports(const hb_journey *j) {
   hb_stepper *s = j->s;
   double work = 0;
+  if (j->u->steady && !j->u->moving) return;
   for (int n = 0; n < j->u->rod_count; n++) {
     const hb_rod *rod = &s->model->rods[j->u->rods[n]];
     for (int k = rod->first_position; j->u->moving && k < rod->first_position + rod->position_count; k++) {
@@ -114,7 +116,8 @@ static bool is_finite(const hb_unit *u) {
   double sum = 0;
   for (int g = 0; g < u->strip_count; g++)
     for (int l = 0; l < hb_journey_lanes(u); l++)
-      sum += hb_strip_get(&u->strips[g], u->strips[g].finite, 0, l);
+      sum += hb_strip_get(&u->strips[g], u->strips[g].finite, 0, l) +
+             (u->strips[g].split ? hb_strip_get(&u->strips[g], u->strips[g].rod_moment, 0, l) : 0);
   return isfinite(sum);
 }
 
@@ -152,6 +155,7 @@ static void begin(const hb_journey *j) {
   memset(j->u->tally, 0, HB_S_COUNT * sizeof *j->u->tally);
   j->u->length_error = 0;
   hb_stepper_begin(j->s);
+  j->u->steady = hb_journey_is_steady(j);
   keep_support_forces(j);
   turn_over(j);
 }
@@ -159,7 +163,7 @@ static void begin(const hb_journey *j) {
 /* Symplectic Euler with fast projection. */
 hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_rod_step step_rod,
                              hb_error *err) {
-  hb_journey j = {s, u, s->plan->kernels, t, h, false};
+  hb_journey j = {s, u, u->kernels, t, h, false};
   begin(&j);
   hb_journey_pass(&j, ADVANCE);
   if (u->fresh) place(&j, false); /* none of them moves (time/rods.c) */
@@ -170,7 +174,7 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
   if (status) return status;
   if (u->fresh > 0) u->fresh--;
   book_supports(&j);
-  hb_journey_pass(&j, SUM_UP);
+  if (u->loaded) hb_journey_pass(&j, SUM_UP); /* else elastic forces tell of all */
   u->finite = is_finite(u);
   return HB_OK;
 }
@@ -178,7 +182,7 @@ hb_status hb_lane_step_euler(hb_stepper *s, hb_unit *u, double t, double h, hb_r
 /* Constrained velocity Verlet (SHAKE and RATTLE). */
 hb_status hb_lane_step_verlet(hb_stepper *s, hb_unit *u, double t, double h, hb_rod_step step_rod,
                               hb_error *err) {
-  hb_journey j = {s, u, s->plan->kernels, t, h, true};
+  hb_journey j = {s, u, u->kernels, t, h, true};
   begin(&j);
   hb_journey_pass(&j, ADVANCE);
   place(&j, false);

@@ -68,7 +68,7 @@ static bool unbalanced(hb_marcher *w, const hb_rod *rod, const hb_stage_now *sta
       double change = inv * (im->moved[k] - im->reach[k]) - im->speed[k];
       right[stride * i + c] = state->force[k] - m->mass[o + i] * inv * change;
     }
-  for (int j = 0; j + 1 < rod->nv; j++) {
+  for (int j = 0; !rod->extensible && j + 1 < rod->nv; j++) { /* springs are in the force */
     int k = o + j;
     double *near = right + stride * j, *far = near + stride;
     const double *old = kkt->gradient + 3 * j;

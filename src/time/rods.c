@@ -2,6 +2,7 @@
  * whole step. */
 #include "base/memory.h"
 #include "time/integrators.h"
+#include "time/lane_frames.h"
 
 #include <float.h>
 #include <math.h>
@@ -105,9 +106,11 @@ size_t hb_stepper_memory(const hb_stepper *s) {
   return bytes;
 }
 
-/* Which units have supports that move? */
-static void find_moving(hb_stepper *s) {
+/* Which units have supports that move, which rods that are alike? */
+static void look_at_supports(hb_stepper *s) {
   const hb_model *m = s->model;
+  for (int k = 0; k < s->plan->unit_count; k++)
+    s->plan->units[k].alike = hb_unit_is_alike(m, &s->plan->units[k]);
   for (int r = 0; r < m->rod_count; r++) {
     int unit = s->plan->unit_of[r];
     const hb_rod *rod = &m->rods[r];
@@ -120,17 +123,19 @@ static void find_moving(hb_stepper *s) {
 hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
   const hb_model *m = s->model;
   if (m->def->method.lanes == HB_LANES_OFF) return HB_OK;
-  const hb_lane_kernels *kernels = hb_lane_kernels_for(m->def->method.precision == HB_PRECISION_SINGLE,
-                                                       m->def->method.lanes == HB_LANES_PORTABLE);
+  const bool portable = m->def->method.lanes == HB_LANES_PORTABLE;
+  const hb_lane_kernels *once = hb_lane_kernels_for(false, portable);
+  const hb_lane_kernels *kernels =
+      hb_lane_kernels_for(m->def->method.precision == HB_PRECISION_SINGLE, portable);
   unsigned char *wanted = hb_alloc((size_t)m->rod_count, 1);
   if (!wanted) return hb_fail_memory(err, "rods in lanes");
   for (int r = 0; r < m->rod_count; r++) {
     if (fits_lanes(s, &m->rods[r])) wanted[r] = s->active[r] ? HB_WANTED_LOADED : 1;
   }
-  hb_status status = hb_lane_plan_create(m, wanted, kernels, &s->plan, err);
+  hb_status status = hb_lane_plan_create(m, wanted, kernels, once, &s->plan, err);
   hb_free(wanted);
   if (!status && s->plan) {
-    find_moving(s);
+    look_at_supports(s);
     status = create_workers(s, err);
   }
   return status;

@@ -48,6 +48,25 @@ static void find_given(const piece *p, double t) {
       after[k] = inv * (after[k] - past[k]);
 }
 
+/* Forces and the pull of the edges together; of a closed rod half of it to each slot of the vertex where its
+ * ends meet, as they have half of its mass. lambda: per edge. */
+static void balance_forces(const piece *p, const double *lambda) {
+  const hb_stepper *s = &p->w->stepper;
+  const hb_state *state = s->state;
+  hb_v3 before = {0, 0, 0};
+  for (int i = 0; i < p->rod->nv; i++) {
+    int k = p->rod->first + i;
+    hb_v3 pull = {0, 0, 0};
+    if (i + 1 < p->rod->nv)
+      pull = hb_v3_scale(2 * lambda[i] * s->model->inv_rest_length[k],
+                         hb_v3_sub(hb_v3_load(state->x + 3 * k + 3), hb_v3_load(state->x + 3 * k)));
+    hb_v3_store(s->implicit->balance + 3 * k,
+                hb_v3_add(hb_v3_load(state->force + 3 * k), hb_v3_sub(pull, before)));
+    before = pull;
+  }
+  hb_rod_share_seam(p->rod, s->implicit->balance);
+}
+
 /* The state as an instant: the multipliers that keep the lengths' second derivatives, accelerations with
  * them, and what supports must give then (9.1). */
 static void find_instant(const piece *p, double t, hb_instant *out) {
@@ -61,20 +80,9 @@ static void find_instant(const piece *p, double t, hb_instant *out) {
   hb_project_tension(m, p->rod, state->x, state->v, state->force, im->given, lambda, &s->project_work);
   memcpy(out->x + 3 * o, state->x + 3 * o, n * sizeof(double));
   memcpy(out->v + 3 * o, state->v + 3 * o, n * sizeof(double));
-  hb_v3 before = {0, 0, 0};
-  for (int i = 0; i < p->rod->nv; i++) {
-    size_t k = 3 * (o + (size_t)i);
-    hb_v3 pull = {0, 0, 0}, sum;
-    if (i + 1 < p->rod->nv)
-      pull = hb_v3_scale(2 * lambda[i] * m->inv_rest_length[k / 3],
-                         hb_v3_sub(hb_v3_load(state->x + k + 3), hb_v3_load(state->x + k)));
-    sum = hb_v3_add(hb_v3_load(state->force + k), hb_v3_sub(pull, before));
-    const double *force = &sum.x;
-    for (int c = 0; c < 3; c++)
-      out->a[k + c] = m->inv_mass[k + c] == 0 ? im->given[k + c] : m->inv_mass[k + c] * force[c];
-    before = pull;
-    hb_v3_store(im->balance + k, sum);
-  }
+  balance_forces(p, lambda);
+  for (size_t k = 3 * o; k < 3 * o + n; k++)
+    out->a[k] = m->inv_mass[k] == 0 ? im->given[k] : m->inv_mass[k] * im->balance[k];
   for (int q = p->rod->first_position; q < p->rod->first_position + p->rod->position_count; q++)
     for (int c = 0; c < 3; c++) {
       int k = 3 * m->positions[q].slot + c;
@@ -127,7 +135,7 @@ static void find_rates(const piece *p, const hb_stage_now *stage, double *rate) 
   hb_implicit *im = s->implicit;
   const hb_model *m = s->model;
   double lost = 0, inv = 1 / stage->ch;
-  for (int i = 1; i + 1 < p->rod->nv; i++) {
+  for (int i = 1; i <= p->rod->last_joint; i++) {
     int k = p->rod->first + i;
     for (int c = 0; c < 4; c++) {
       double now = s->rod_work.omega[4 * i + c], change = now - im->omega_now[4 * k + c];

@@ -5,6 +5,7 @@
 #include "force/force.h"
 #include "math/rotation.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Loads whose formulas depend on time alone: what they are at the ends of the steps to come. */
@@ -37,6 +38,17 @@ static void list_terms(hb_stepper *s) {
   }
 }
 
+/* Angles of prescribed frames that never turn. */
+static void find_still_angles(hb_stepper *s) {
+  const double vars[HB_VAR_COUNT] = {0};
+  for (int k = 0; k < s->model->frame_count; k++) {
+    const hb_support_def *def = s->model->frames[k].def;
+    bool still = def->kind == HB_SUPPORT_ANGLE && (!def->angle || hb_formula_is_constant(def->angle));
+    double angle = still && def->angle ? hb_formula_eval(def->angle, vars) : 0;
+    s->still_angle[k] = still && isfinite(angle) ? angle : (double)NAN;
+  }
+}
+
 /* Workspace of a run. */
 hb_status hb_stepper_init(hb_stepper *s, const hb_model *model, hb_state *state,
                           const hb_force_term *const *terms, hb_error *err) {
@@ -53,15 +65,17 @@ hb_status hb_stepper_init(hb_stepper *s, const hb_model *model, hb_state *state,
   s->v_predicted = hb_alloc(n, sizeof *s->v_predicted);
   s->force_old = hb_alloc(3 * (size_t)model->position_count, sizeof *s->force_old);
   s->torque_old = hb_alloc((size_t)model->frame_count, sizeof *s->torque_old);
+  s->still_angle = hb_alloc((size_t)model->frame_count, sizeof *s->still_angle);
   s->rates = hb_alloc((size_t)model->rod_count, sizeof *s->rates);
   s->active = hb_alloc((size_t)model->rod_count, sizeof *s->active);
   s->uniform = hb_alloc((size_t)model->rod_count, sizeof *s->uniform);
   s->values = hb_alloc(HB_BLOCK_STEPS * (size_t)model->def->force_count, sizeof *s->values);
   if (model->any_follower) s->follower_m1 = hb_alloc(n, sizeof *s->follower_m1);
-  if (!s->x_old || !s->v_old || !s->v_predicted || !s->force_old || !s->torque_old || !s->rates ||
-      !s->active || !s->uniform || !s->values || (model->any_follower && !s->follower_m1))
+  if (!s->x_old || !s->v_old || !s->v_predicted || !s->force_old || !s->torque_old || !s->still_angle ||
+      !s->rates || !s->active || !s->uniform || !s->values || (model->any_follower && !s->follower_m1))
     return hb_fail_memory(err, "workspace of the run");
   list_terms(s);
+  find_still_angles(s);
   return HB_OK;
 }
 
@@ -74,6 +88,7 @@ void hb_stepper_release(hb_stepper *s) {
   hb_free(s->v_predicted);
   hb_free(s->force_old);
   hb_free(s->torque_old);
+  hb_free(s->still_angle);
   hb_free(s->rates);
   hb_free(s->active);
   hb_free(s->uniform);

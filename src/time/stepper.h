@@ -29,6 +29,7 @@ struct hb_stepper {
   double *v_predicted;   /* 3 per slot: velocities extrapolated to the end of the step */
   double *force_old;     /* 3 per prescribed vertex */
   double *torque_old;    /* per prescribed frame */
+  double *still_angle;   /* per prescribed frame: its angle if that is constant, else not-a-number */
   double *follower_m1;   /* 3 per slot: directors for follower loads, or NULL */
   unsigned char *rates;  /* per rod: do its loads depend on velocity? */
   unsigned *active;      /* per rod: bit k set if terms[k] acts on it */

@@ -671,8 +671,8 @@ static void build(hb_scene_def *def, const char *integrator, int kind, bool alon
  */
 static void test_runs(void **state) {
   (void)state;
-  static const char *const schemes[2] = {"verlet", "symplectic-euler"};
-  for (int scheme = 0; scheme < 2; scheme++)
+  static const char *const schemes[4] = {"verlet", "symplectic-euler", "implicit", "backward-euler"};
+  for (int scheme = 0; scheme < 4; scheme++)
     for (int kind = 0; kind < KINDS; kind++) {
       trial a = {0}, b = {0}, lonely = {0};
       hb_error err;

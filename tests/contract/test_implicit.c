@@ -13,6 +13,46 @@ static double rod_speed(const double *v) {
   return speed;
 }
 
+/* A closed ring, straight at rest, joined with a turn and a half, that is thrown and folds. */
+static void ring(hb_scene_def *def) {
+  double xyz[3 * NV], v[3 * NV], radius = 0.5 * EDGE / sin(acos(-1) / (NV - 1));
+  for (int i = 0; i < NV; i++) {
+    double a = 2 * acos(-1) * (i % (NV - 1)) / (NV - 1);
+    xyz[3 * i] = radius * cos(a);
+    xyz[3 * i + 1] = radius * sin(a);
+    xyz[3 * i + 2] = 0;
+    v[3 * i] = 0.3 * cos(a);
+    v[3 * i + 1] = -0.3 * sin(a);
+    v[3 * i + 2] = 0.4 * cos(2 * a) + 0.1;
+  }
+  hb_rod_def *rod = scene_rod(def, NV, xyz, 0.02, 0.02, MASS);
+  rod->straight_rest = true;
+  rod->closing = HB_CLOSING_TURNS;
+  rod->closing_value = 1.5;
+  scene_velocity(rod, v);
+}
+
+/* The same of a flat section, curved at rest, with viscosity, hanging from its joint. */
+static void hanging_ring(hb_scene_def *def) {
+  ring(def);
+  hb_rod_def *rod = &def->rods[0];
+  rod->straight_rest = false;
+  rod->closing_value = 0;
+  scene_form(rod, 0.03, 0, 0.02);
+  scene_viscosity(rod, 0.001);
+  scene_hold(rod, 0);
+  memset(rod->velocity, 0, 3 * sizeof *rod->velocity);
+  memset(rod->velocity + 3 * (NV - 1), 0, 3 * sizeof *rod->velocity);
+  scene_force(def, HB_FORCE_GRAVITY, "0.2", "0", "-1");
+}
+
+/* A rod whose edges are springs. */
+static void spring(hb_scene_def *def) {
+  moving_cantilever(def);
+  def->rods[0].stretching = scene_fill(4, NV - 1);
+  scene_force(def, HB_FORCE_POINT, "0.4*sin(4*t)", "0", "0")->vertex = -1;
+}
+
 /* A run to some time; what it ends with. */
 typedef struct finish {
   double x[3 * NV], v[3 * NV], balance, stretch;
@@ -48,16 +88,21 @@ static finish run_to(const moving_scene *scene, const char *integrator, double t
  * Verlet's do. */
 static void test_orders(void **state) {
   (void)state;
+  static const moving_scene more[] = {
+      {"ring", ring, 400}, {"hanging ring", hanging_ring, 400}, {"spring", spring, 400}};
+  const int count = MOVING_COUNT + (int)(sizeof more / sizeof more[0]);
   static const struct {
     const char *name;
     double time, order;
     long steps;
   } schemes[2] = {{"implicit", 0.5, 2, 100}, {"backward-euler", 0.0625, 1, 200}};
   for (int n = 0; n < 2; n++)
-    for (int k = 0; k < MOVING_COUNT; k++) {
+    for (int k = 0; k < count; k++) {
+      const moving_scene *scene = k < MOVING_COUNT ? &moving_scenes[k] : &more[k - MOVING_COUNT];
+      bool stretches = scene->build == spring;
       finish runs[3];
       for (int q = 0; q < 3; q++)
-        runs[q] = run_to(&moving_scenes[k], schemes[n].name, schemes[n].time, schemes[n].steps << q);
+        runs[q] = run_to(scene, schemes[n].name, schemes[n].time, schemes[n].steps << q);
       double dx[2], dv[2];
       for (int q = 0; q < 2; q++) {
         dx[q] = largest_difference(runs[q].x, runs[q + 1].x, 3 * NV);
@@ -65,14 +110,15 @@ static void test_orders(void **state) {
       }
       double x = log2(dx[0] / dx[1]), v = log2(dv[0] / dv[1]),
              b = log2(fabs(runs[1].balance / runs[2].balance));
-      say("%-14s %-16s x %.3f (%.1e) v %.3f (%.1e) balance %.3f (%.1e)\n", schemes[n].name,
-          moving_scenes[k].name, x, dx[1], v, dv[1], b, runs[2].balance);
+      say("%-14s %-16s x %.3f (%.1e) v %.3f (%.1e) balance %.3f (%.1e)\n", schemes[n].name, scene->name, x,
+          dx[1], v, dv[1], b, runs[2].balance);
       assert_true(x > schemes[n].order - 0.15);
       assert_true(v > schemes[n].order - 0.2);
-      assert_true(b > schemes[n].order - 0.3);
-      assert_at_most(runs[2].stretch, 1e-11);
+      /* where its leading error all but cancels, it has no order, but is small */
+      assert_true(b > schemes[n].order - 0.3 || fabs(runs[2].balance) < 5e-7);
+      if (!stretches) assert_at_most(runs[2].stretch, 1e-11);
       if (n > 0) continue;
-      finish verlet = run_to(&moving_scenes[k], "verlet", schemes[n].time, 1600);
+      finish verlet = run_to(scene, "verlet", schemes[n].time, 1600);
       double limit[3 * NV];
       for (int c = 0; c < 3 * NV; c++) limit[c] = runs[2].x[c] + (runs[2].x[c] - runs[1].x[c]) / 3;
       assert_at_most(largest_difference(limit, verlet.x, 3 * NV), 0.2 * dx[1] + 1e-6);

@@ -109,8 +109,31 @@ static trio_gap with_turns(trio_gap allowed, int nv) {
   return allowed;
 }
 
+/* The work of loads is a sum of load . way, and ways have the round-off of places up to 2 long: four times
+ * what independent roundings come to. The first step of a rod at rest has ways of 1e-10. After trio_compare.
+ */
+static double work_roundoff(const trio *t) {
+  const double *load = hb_sim_const_state(t->sim[WAY_PLAIN])->load;
+  const hb_frame *f = t->frame[0];
+  double sum = 0, all = f->kinetic + f->bending + f->twisting + fabs(f->work_loads) + 1e-30;
+  for (int k = 0; k < 3 * t->model->nv; k++) sum += load[k] * load[k];
+  return 4 * 2 * DBL_EPSILON * sqrt(sum) / all;
+}
+
+/* Lengths that miss the tolerance by some roundings, or meet it, are corrected once more by one way and not
+ * by the other: both are right to the tolerance, but no better. Seldom: lengths must lie within 1e-4 of it.
+ */
+static trio_gap with_parting(trio_gap allowed, const trio *t, int *partings) {
+  if (!t->parted) return allowed;
+  double tolerance = t->def.method.length_tolerance;
+  *partings += 1;
+  assert_true(*partings <= 4);
+  return (trio_gap){allowed.x + tolerance, allowed.v + tolerance, allowed.force + tolerance,
+                    allowed.twist + tolerance, allowed.energy + tolerance};
+}
+
 /* One step, then some, all ways the same; loads by the velocities that they are made of. */
-static void try_loads(const char *integrator, int rods, const int *nv, int what, long steps) {
+static void try_loads(const char *integrator, int rods, const int *nv, int what, long steps, int *partings) {
   trio t;
   rng r;
   char text[100];
@@ -122,14 +145,16 @@ static void try_loads(const char *integrator, int rods, const int *nv, int what,
   trio_push(&t, &r, 1e-14);
   trio_run(&t, 1, NULL);
   trio_gap one = trio_compare(&t, WAY_PLAIN, WAY_BEST);
-  double load = load_gap(&t, WAY_PLAIN, WAY_BEST);
+  double load = load_gap(&t, WAY_PLAIN, WAY_BEST), roundoff = work_roundoff(&t);
   trio_run(&t, steps, NULL);
   trio_gap many = trio_compare(&t, WAY_PLAIN, WAY_BEST), pushed = trio_compare(&t, WAY_PLAIN, WAY_PUSHED);
   say("%s: loads %.1e\n", text, load);
   trio_say("one step", one);
   trio_say("all steps", many);
-  trio_check(one, with_turns(one_step, nv[0]), text);
-  trio_check(many, with_turns(trio_bound(pushed), nv[0]), text);
+  trio_gap first = with_turns(one_step, nv[0]);
+  first.energy += roundoff;
+  trio_check(one, first, text);
+  trio_check(many, with_parting(with_turns(trio_bound(pushed), nv[0]), &t, partings), text);
   /* forces that read no velocity are right to the last digits; velocities are 2/h times a way with the
    * round-off of places up to 2 long, against a wind of speed 0.3 or more */
   double allowed = what & (WIND | PLACES) ? 8 * DBL_EPSILON * 2 * 2 / t.def.method.time_step / 0.3 : 0;
@@ -142,12 +167,13 @@ static void try_loads(const char *integrator, int rods, const int *nv, int what,
 static void test_pieces(void **state) {
   (void)state;
   static const int nv[] = {17, 18, 20, 22, 33, 1027, 2050};
+  int partings = 0;
   for (int k = 0; hb_integrators[k] && !hb_integrators[k]->implicit; k++)
     for (size_t n = 0; n < sizeof nv / sizeof nv[0]; n++)
       for (int what = 1; what < SOME; what++) {
         if ((SHORTER > 1 || nv[n] > 100) && what % 7 != (int)n % 7 && what != (ALL_UNIFORM | PLACES))
           continue;
-        try_loads(hb_integrators[k]->name, 1, &nv[n], what, nv[n] > 100 ? 3 : 20);
+        try_loads(hb_integrators[k]->name, 1, &nv[n], what, nv[n] > 100 ? 3 : 20, &partings);
       }
 }
 
@@ -156,11 +182,12 @@ static void test_bundles(void **state) {
   (void)state;
   static const int nv[][6] = {{12, 12, 12}, {20, 19, 18, 17}, {9, 9, 8, 8, 8, 9}, {3, 3, 3, 3, 3}};
   static const int rods[] = {3, 4, 6, 5};
+  int partings = 0;
   for (int k = 0; hb_integrators[k] && !hb_integrators[k]->implicit; k++)
     for (int n = 0; n < 4; n++)
       for (int what = 1; what < SUBSETS; what++) {
         if (what == SOME || what == (SOME | DAMPING) || (SHORTER > 1 && what % 7 != n)) continue;
-        try_loads(hb_integrators[k]->name, rods[n], nv[n], what, 20);
+        try_loads(hb_integrators[k]->name, rods[n], nv[n], what, 20, &partings);
       }
 }
 

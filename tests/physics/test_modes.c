@@ -479,6 +479,63 @@ static void measured(void **state) {
   done(&v);
 }
 
+/* Free rods have six rigid modes, straight ones five: turning about its axis moves no mass. */
+static void free_rods(void **state) {
+  (void)state;
+  static const struct {
+    const char *rod;
+    int rigid;
+  } cases[] = {
+      {"rest: {helix: {radius: 0.1, pitch: 0.05, turns: 1.5, vertices: 30}}\n    bending: [0.01, 0.02]\n", 6},
+      {"rest: {helix: {radius: 0.1, pitch: 0.05, turns: 1.5, vertices: 30}}\n    bending: 0.02\n", 6},
+      {"rest: {line: {from: [0, 0, 0], to: [0.3, 0.4, 0], vertices: 30}}\n    bending: [0.01, 0.02]\n", 5},
+      {"rest: {line: {from: [0, 0, 0], to: [0.3, 0.4, 0], vertices: 30}}\n    bending: 0.01\n"
+       "    damping: {bending: 1e-4}\n",
+       5}};
+  for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+    char text[600];
+    vibrating v;
+    snprintf(
+        text, sizeof text,
+        "method: {time_step: 1e-5, duration: 1}\nrods:\n  - %s    twisting: 0.01\n    linear_density: 0.1\n",
+        cases[k].rod);
+    from_text(&v, text, false, 10);
+    assert_int_equal(v.modes.rigid, cases[k].rigid);
+    assert_int_equal(v.modes.unstable, 0);
+    for (int i = 0; i < 10; i++) assert_int_equal(hb_mode_kind(&v.modes.mode[i]), i >= cases[k].rigid);
+    done(&v);
+  }
+}
+
+/* A closed ring: Hoppe's (1871) frequencies in its plane, Michell's (1890) out of it, each twice, at second
+ * order. */
+static void ring(void **state) {
+  (void)state;
+  double error[2][4];
+  for (int fine = 0; fine < 2; fine++) {
+    vibrating v;
+    char a[80];
+    solved_begin(&v.s, "../modes/ring", false, solved_set(a, "parameters.n", fine ? 160 : 80), NULL);
+    find(&v, 14);
+    assert_int_equal(v.modes.rigid, 6);
+    for (int k = 0; k < 4; k++) { /* n = 2 out of the plane, in it, n = 3 likewise */
+      int n = k < 2 ? 2 : 3;
+      double exact = n * n * pow(n * n - 1, 2) / (n * n + (k % 2 == 0 ? 1 / 0.8 : 1)), out = 0;
+      const hb_mode *mode = &v.modes.mode[6 + 2 * k];
+      for (int i = 0; i < v.s.model->nv; i++) out += v.s.model->mass[i] * pow(mode->shape[3 * i + 2], 2);
+      assert_near(out, k % 2 == 0, 1e-9);
+      assert_near_rel(mode[0].square, mode[1].square, 1e-9);
+      error[fine][k] = mode->square / exact - 1;
+      say("ring, n = %d %s the plane: %.3e\n", n, k % 2 == 0 ? "out of" : "in", error[fine][k]);
+    }
+    done(&v);
+  }
+  for (int k = 0; k < 4; k++) {
+    assert_at_most(fabs(error[1][k]), 2e-3);
+    assert_near_rel(error[0][k] / error[1][k], 4, 0.03);
+  }
+}
+
 /* Several rods: one list, the same figures as of each alone. */
 static void several_rods(void **state) {
   (void)state;
@@ -524,6 +581,8 @@ int main(void) {
                                      cmocka_unit_test(differences),
                                      cmocka_unit_test(motion),
                                      cmocka_unit_test(measured),
+                                     cmocka_unit_test(free_rods),
+                                     cmocka_unit_test(ring),
                                      cmocka_unit_test(several_rods),
                                      cmocka_unit_test(no_room)};
   return cmocka_run_group_tests(tests, NULL, NULL);

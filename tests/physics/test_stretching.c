@@ -211,6 +211,55 @@ static void breathing_ring(void **state) {
   end(&s);
 }
 
+/* The same ring's mode, of closed and extensible rods at once; all others are of bending. */
+static void breathing_mode(void **state) {
+  (void)state;
+  scene s;
+  hb_equilibrium found;
+  hb_modes modes;
+  hb_error err = {HB_OK, ""};
+  hb_equilibrium_options options = hb_equilibrium_defaults(1);
+  begin(
+      &s,
+      "method: {time_step: 1e-4, duration: 1}\n"
+      "rods:\n"
+      "  - rest: {ring: {radius: 1, vertices: 13}}\n"
+      "    closed: true\n    bending: 0.01\n    twisting: 0.01\n    stretching: 30\n    vertex_mass: 0.02\n");
+  if (hb_sim_find_equilibrium(s.sim, &options, &found, &err)) fail_msg("%s", err.text);
+  if (hb_sim_find_modes(s.sim, &found, 1000, &modes, &err)) fail_msg("%s", err.text);
+  assert_int_equal(modes.count, 36);
+  assert_int_equal(modes.rigid, 6);
+  double sine = sin(PI / 12), square = 4 * 30 * sine * sine / (2 * sine * 0.02), nearest = HUGE_VAL;
+  for (int k = 0; k < 36; k++) nearest = fmin(nearest, fabs(modes.mode[k].square / square - 1));
+  assert_at_most(nearest, 1e-10);
+  hb_modes_free(&modes);
+  hb_equilibrium_free(&found);
+  end(&s);
+}
+
+/* The standing wave by an implicit scheme at steps beyond what explicit ones bear. */
+static void implicit_wave(void **state) {
+  (void)state;
+  scene s;
+  hb_error err = {HB_OK, ""};
+  const double h = 0.5 / 16, c = sqrt(30 / 0.05), step = 2e-3;
+  begin(&s, "method: {integrator: implicit, time_step: 2e-3, duration: 1}\n"
+            "rods:\n"
+            "  - rest: {line: {from: [0, 0, 0], to: [0.5, 0, 0], vertices: 17}}\n"
+            "    initial: {displace: [1e-3*sin(pi*u/2), 0, 0]}\n"
+            "    bending: 0.0001\n    twisting: 0.001\n    stretching: 30\n"
+            "    linear_density: 0.05\n    start: {position: fixed}\n");
+  assert_true(step > 1.5 * h / c);
+  double omega = 2 * c / h * sin(0.25 * PI * h / 0.5), worst = 0;
+  for (int k = 1; k <= 40; k++) { /* one period */
+    if (hb_sim_step(s.sim, &err)) fail_msg("%s", err.text);
+    worst = fmax(worst, fabs((hb_sim_const_state(s.sim)->x[3 * 16] - 0.5) / 1e-3 - cos(omega * k * step)));
+  }
+  say("implicit, 40 steps: off a cosine by %.2e\n", worst);
+  assert_at_most(worst, 1e-2);
+  end(&s);
+}
+
 /* As E A grows a heavy cantilever becomes the inextensible one, at first order in 1/(E A); its reaction
  * stays. The same in a run. */
 static void becomes_inextensible(void **state) {
@@ -263,7 +312,8 @@ static void from_section(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {cmocka_unit_test(own_weight),     cmocka_unit_test(waves),
                                      cmocka_unit_test(string),         cmocka_unit_test(running_wave),
-                                     cmocka_unit_test(breathing_ring), cmocka_unit_test(becomes_inextensible),
+                                     cmocka_unit_test(breathing_ring), cmocka_unit_test(breathing_mode),
+                                     cmocka_unit_test(implicit_wave),  cmocka_unit_test(becomes_inextensible),
                                      cmocka_unit_test(from_section)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -91,6 +91,9 @@ hb_status trio_run(trio *t, long steps, hb_error *err) {
     if (status) return status;
     uint64_t portable = hb_state_hash(hb_sim_const_state(t->sim[WAY_PORTABLE]));
     uint64_t best = hb_state_hash(hb_sim_const_state(t->sim[WAY_BEST]));
+    const double *plain = hb_sim_const_state(t->sim[WAY_PLAIN])->scalar,
+                 *lanes = hb_sim_const_state(t->sim[WAY_BEST])->scalar;
+    t->parted = t->parted || plain[HB_S_PROJECTIONS] != lanes[HB_S_PROJECTIONS];
     if (portable != best) fail_msg("step %ld of %ld: other bits with other instructions", k + 1, steps);
     const hb_lane_plan *plan = t->sim[WAY_BEST]->stepper.plan;
     for (int u = 0; plan && u < plan->unit_count; u++) check_copies(&plan->units[u]);

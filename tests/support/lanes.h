@@ -15,6 +15,7 @@ typedef struct trio {
   hb_model *model;
   hb_sim *sim[WAY_COUNT];
   hb_frame *frame[2]; /* of trio_compare_totals */
+  bool parted;        /* lanes and the plain way differed in their number of projections at some step */
 } trio;
 
 /* Model and simulations of def. step > 0: method.time_step is the smaller of step and a fifth of the estimate

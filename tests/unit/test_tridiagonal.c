@@ -75,7 +75,7 @@ static void vectors(void **state) {
 /* Not a number: no endless search. */
 static void not_a_number(void **state) {
   (void)state;
-  double d[3] = {1, NAN, 2}, e[2] = {1, 1}, Q[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double d[3] = {1, (double)NAN, 2}, e[2] = {1, 1}, Q[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   assert_false(hb_tridiagonal_eigen(3, d, e, 3, Q) && isfinite(d[0]) && isfinite(d[1]) && isfinite(d[2]));
 }
 
