@@ -423,6 +423,7 @@ static void moving_clamps(void **state) {
     else
       traced_begin(&t, arch, NULL);
     force[time] = traced_find(&t, 0, HB_TRACE_LIMIT, 0)->force[0];
+    assert_true(t.count <= 25); /* with a wrong derivative by the parameter, steps get short: 42 points */
     assert_int_equal(traced_find(&t, 0, HB_TRACE_LIMIT, 0)->unstable, 0);
     traced_end(&t);
   }
