@@ -15,10 +15,6 @@
 #define GENERAL_SECONDS 400e-9
 /* Most rods and notes that are told one by one. */
 enum { TOLD_RODS = 20, TOLD_FIRST = 2, TOLD_NOTES = 20 };
-/* Doubles that a frame holds per vertex: the components of all fields. */
-#define HB_COUNT(name, components, location, unit, text) +components
-enum { FRAME_DOUBLES = 0 HB_FRAME_FIELDS(HB_COUNT) };
-#undef HB_COUNT
 
 /* Smallest and largest of something. */
 typedef struct range {
@@ -91,6 +87,15 @@ static double vertex_seconds(const hb_scene_def *def, const hb_rod *rod) {
   return integrator && strcmp(integrator, "symplectic-euler") == 0 ? EULER_SECONDS : VERLET_SECONDS;
 }
 
+/* Bytes of a frame per vertex, of the fields that a run writes. */
+static double frame_bytes(const hb_output_def *output) {
+  uint64_t fields = output->fields ? output->fields : hb_field_groups[1].fields;
+  double numbers = 0;
+  for (int k = 0; k < hb_frame_field_count; k++)
+    if (fields >> k & 1) numbers += hb_frame_fields[k].components;
+  return numbers * (output->single ? 4 : 8);
+}
+
 /* Everything about the scene; rods is to be freed by the caller. */
 static hb_status summarise(const hb_model *m, summary *s, hb_error *err) {
   const hb_scene_def *def = m->def;
@@ -98,7 +103,7 @@ static hb_status summarise(const hb_model *m, summary *s, hb_error *err) {
   if (!s->rods) return hb_fail_memory(err, "summary");
   s->steps = fmax(ceil(def->method.duration / def->method.time_step - 1e-9), 0);
   s->frames = 1 + ceil(s->steps / def->output.every);
-  s->bytes = s->frames * 8.0 * FRAME_DOUBLES * m->nv;
+  s->bytes = s->frames * frame_bytes(&def->output) * m->nv;
   for (int r = 0; r < m->rod_count; r++) {
     const hb_rod *rod = &m->rods[r];
     s->rods[r] = summarise_rod(m, rod);

@@ -24,7 +24,8 @@ static double between(const cli_series *s, long k, double time) {
 /* Between samples. */
 double cli_series_at(const cli_series *s, double time) {
   double slack = s->count > 1 ? 1e-6 * (s->times[1] - s->times[0]) : 1e-12;
-  if (s->count < 1 || !(time >= s->times[0] - slack && time <= s->times[s->count - 1] + slack)) return NAN;
+  if (s->count < 1 || !(time >= s->times[0] - slack && time <= s->times[s->count - 1] + slack))
+    return (double)NAN;
   if (s->count == 1) return s->values[0];
   long k = 0;
   while (k < s->count - 2 && s->times[k + 1] <= time) k++;
@@ -63,12 +64,12 @@ double cli_series_reaches(const cli_series *s, double level) {
   if (s->count > 0 && s->values[0] == level) return s->times[0];
   for (long k = 0; k + 1 < s->count; k++)
     if (passes(s, k, level)) return passage(s, k, level);
-  return NAN;
+  return (double)NAN;
 }
 
 /* Passages in the sense of the first one. */
 double cli_series_period(const cli_series *s, double level) {
-  double first = NAN, last = NAN;
+  double first = (double)NAN, last = (double)NAN;
   int sense = 0, count = 0;
   for (long k = 0; k + 1 < s->count; k++) {
     int now = passes(s, k, level);
@@ -117,11 +118,11 @@ static double power(const cli_series *s, double mean, double w) {
  * round-off. */
 double cli_series_frequency(const cli_series *s, double guess) {
   const double golden = 0.61803398874989485;
-  if (s->count < 8) return NAN;
+  if (s->count < 8) return (double)NAN;
   double span = s->times[s->count - 1] - s->times[0], mean = 0;
   for (long k = 0; k < s->count; k++) mean += s->values[k] / (double)s->count;
   if (!(guess > 0)) guess = 2 * PI / cli_series_period(s, mean);
-  if (!(guess > 0) || guess * span < 4 * PI * 0.95) return NAN;
+  if (!(guess > 0) || guess * span < 4 * PI * 0.95) return (double)NAN;
   double low = guess - 2 * PI / span, high = guess + 2 * PI / span;
   double p = high - golden * (high - low), q = low + golden * (high - low), at_p = power(s, mean, p),
          at_q = power(s, mean, q);
@@ -138,7 +139,7 @@ double cli_series_frequency(const cli_series *s, double guess) {
   for (int n = 0; n < 3; n++) {
     double left = power(s, mean, w - d), centre = power(s, mean, w), right = power(s, mean, w + d),
            bend = left - 2 * centre + right;
-    if (!(bend < 0)) return NAN;
+    if (!(bend < 0)) return (double)NAN;
     w += 0.5 * d * (left - right) / bend;
   }
   return w;

@@ -69,14 +69,14 @@ static void judge(cli_verdict *v, const column *k) {
   int meshes = v->of->mesh_count, from = e->kind == CLI_EXACT ? 0 : meshes - 1;
   v->relative = e->within > 0;
   v->tolerance = v->relative ? e->within : e->absolute;
-  v->order = v->limit_error = NAN;
+  v->order = v->limit_error = (double)NAN;
   v->good = true;
   v->share = -1;
   for (int m = 0; m < meshes; m++)
     if (k->points[m].err.status || (e->same && k->first->err.status)) {
       v->good = false;
       v->why = "";
-      v->found = v->expected = v->error = NAN;
+      v->found = v->expected = v->error = (double)NAN;
       return;
     }
   for (int m = from; m < meshes; m++) {

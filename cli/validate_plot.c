@@ -46,7 +46,7 @@ static const char *quoted(const char *text, char *buffer, size_t size) {
 static double share(const cli_validation *v, const cli_verdict *w, int mesh) {
   const cli_point *points = cli_case_points(v, w->of), *at = &points[w->variant * w->of->mesh_count + mesh];
   int index = (int)(w->expect - w->of->expects);
-  if (at->err.status || points[0].err.status) return NAN;
+  if (at->err.status || points[0].err.status) return (double)NAN;
   double known = w->expect->same ? points[0].found[index] : at->expected[index];
   double error = fabs(at->found[index] - known) / (w->relative ? fabs(known) : 1);
   return fmax(error, 1e-16);

@@ -373,7 +373,7 @@ static hb_status keep_shape(work *w) {
 
 /* Ready to open the scene. */
 static void begin(work *w, const cli_case *c, cli_point *point) {
-  *w = (work){.c = c, .point = point, .err = &point->err, .threshold = NAN};
+  *w = (work){.c = c, .point = point, .err = &point->err, .threshold = (double)NAN};
   hb_scene_def_init(&w->def);
   hb_scene_def_init(&w->formulas);
   w->reader = (hb_scene_reader){

@@ -153,8 +153,10 @@ static hb_status read_reads(const hb_scene_reader *r, const hb_node *node, cli_c
       return hb_scene_fail_key(r, child,
                                "a name of letters, digits and _ is expected (at most 60, no digit first)");
     hb_formula *taken = NULL;
-    bool reserved = hb_formula_parse(child->key, HB_VARS_ALL, NULL, 0, &taken, NULL) == HB_OK;
+    hb_status parsed = hb_formula_parse(child->key, HB_VARS_ALL, NULL, 0, &taken, NULL);
+    bool reserved = parsed == HB_OK;
     hb_formula_free(taken);
+    if (parsed == HB_ERR_MEMORY) return hb_fail_memory(r->err, "a name");
     if (reserved)
       return hb_scene_fail_key(r, child,
                                "the name belongs to the formula language; another name is expected");

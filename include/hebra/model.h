@@ -206,6 +206,7 @@ typedef struct hb_rod {
   int first_span, span_count;
   int first_frame, frame_count;       /* its entries in frames, in order of edges */
   int first_position, position_count; /* its entries in positions, bases before what hangs on them */
+  int first_force, force_count;       /* its entries in rod_forces */
 } hb_rod;
 
 /* A stretch of a rod between neighbouring edges whose material frame is prescribed, or a rod's end. That of a
@@ -272,12 +273,18 @@ typedef struct hb_model {
   int position_count;
   hb_frame_support *frames;
   int frame_count;
-  int *frame_of; /* per edge slot: index into frames or -1 */
+  int *frame_of;   /* per edge slot: index into frames or -1 */
+  int *rod_forces; /* indices into the scene's forces, rod by rod: those that act on it, in their order */
   bool any_general, any_viscosity, any_follower;
   double *initial; /* 3 per slot: the initial shape as given, supports at t = 0 in their places */
   char **notes;    /* sentences that check and run show, e.g. "constraints leave no room" */
   int note_count;
 } hb_model;
+
+/* The n-th of the scene's forces that act on the rod, n < rod->force_count. */
+static inline const hb_force_def *hb_rod_force_def(const hb_model *model, const hb_rod *rod, int n) {
+  return &model->def->forces[model->rod_forces[rod->first_force + n]];
+}
 
 /* Checks every rule and compiles. def stays owned by the caller and must outlive the model. */
 hb_status hb_model_create(const hb_scene_def *def, hb_model **out, hb_error *err);

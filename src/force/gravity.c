@@ -10,8 +10,8 @@ static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
 
 /* Is there weight on this rod? */
 static bool active(const hb_model *model, const hb_rod *rod) {
-  for (int k = 0; k < model->def->force_count; k++)
-    if (acts_on(&model->def->forces[k], rod)) return true;
+  for (int n = 0; n < rod->force_count; n++)
+    if (acts_on(hb_rod_force_def(model, rod, n), rod)) return true;
   return false;
 }
 
@@ -20,8 +20,8 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
                 const double *m1, double *f) {
   (void)v;
   (void)m1;
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!acts_on(def, rod)) continue;
     hb_load_values values = hb_load_begin(def, t);
     for (int i = rod->first; i < rod->first + rod->nv; i++)
@@ -32,8 +32,8 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
 /* -m g.x where the field is the same everywhere. */
 static double energy(const hb_model *model, const hb_rod *rod, double t, const double *x) {
   double sum = 0;
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     hb_load_values values = hb_load_begin(def, t);
     if (!acts_on(def, rod) || !values.uniform) continue;
     for (int i = rod->first; i < rod->first + rod->nv; i++)
@@ -45,7 +45,8 @@ static double energy(const hb_model *model, const hb_rod *rod, double t, const d
 /* A field that is the same everywhere. */
 static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
                     hb_uniform_load *sum) {
-  for (int k = 0; k < model->def->force_count; k++) {
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const int k = model->rod_forces[rod->first_force + entry];
     if (!acts_on(&model->def->forces[k], rod)) continue;
     if (!values[k].uniform) return false;
     hb_v3_accumulate(sum->acceleration, hb_v3_load(values[k].value));

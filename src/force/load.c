@@ -49,8 +49,8 @@ static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
 
 /* Is there a load on this rod? */
 static bool active(const hb_model *model, const hb_rod *rod) {
-  for (int k = 0; k < model->def->force_count; k++)
-    if (acts_on(&model->def->forces[k], rod)) return true;
+  for (int n = 0; n < rod->force_count; n++)
+    if (acts_on(hb_rod_force_def(model, rod, n), rod)) return true;
   return false;
 }
 
@@ -87,8 +87,8 @@ double hb_load_share(const hb_model *model, const hb_rod *rod, const hb_force_de
 static void add(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
                 const double *m1, double *f) {
   (void)v;
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!acts_on(def, rod)) continue;
     hb_load_values values = hb_load_begin(def, t);
     int point = rod->first + (def->vertex < 0 ? def->vertex + rod->nv : def->vertex);
@@ -106,7 +106,8 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
 /* Dead loads without places of their own. */
 static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
                     hb_uniform_load *sum) {
-  for (int k = 0; k < model->def->force_count; k++) {
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const int k = model->rod_forces[rod->first_force + entry];
     const hb_force_def *def = &model->def->forces[k];
     if (!acts_on(def, rod)) continue;
     if (def->kind == HB_FORCE_POINT || def->follower || !values[k].uniform) return false;

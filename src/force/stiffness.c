@@ -3,8 +3,8 @@
 
 /* Which loads have no potential, or depend on more than time and place. */
 const hb_force_def *hb_load_first_moving(const hb_model *model, const hb_rod *rod) {
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!hb_force_def_acts_on(def, rod->index)) continue;
     if (def->follower || def->kind == HB_FORCE_WIND) return def;
   }
@@ -31,8 +31,8 @@ bool hb_load_stiffness(const hb_model *model, const hb_rod *rod, double t, const
   bool any = false;
   double step = 1e-5 * rod->length;
   for (int k = 0; k < 9 * rod->nv; k++) out[k] = 0;
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!hb_force_def_acts_on(def, rod->index) || !depends_on_place(def)) continue;
     hb_load_values values = hb_load_begin(def, t);
     for (int i = rod->first; i < rod->first + rod->nv; i++) {

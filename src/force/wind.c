@@ -13,8 +13,8 @@ static bool acts_on(const hb_force_def *def, const hb_rod *rod) {
 
 /* Is there a medium around this rod? */
 static bool active(const hb_model *model, const hb_rod *rod) {
-  for (int k = 0; k < model->def->force_count; k++)
-    if (acts_on(&model->def->forces[k], rod)) return true;
+  for (int n = 0; n < rod->force_count; n++)
+    if (acts_on(hb_rod_force_def(model, rod, n), rod)) return true;
   return false;
 }
 
@@ -32,8 +32,8 @@ static hb_v3 vertex_tangent(const hb_rod *rod, int i, const double *x) {
 static void add(const hb_model *model, const hb_rod *rod, double t, const double *x, const double *v,
                 const double *m1, double *f) {
   (void)m1;
-  for (int k = 0; k < model->def->force_count; k++) {
-    const hb_force_def *def = &model->def->forces[k];
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const hb_force_def *def = hb_rod_force_def(model, rod, entry);
     if (!acts_on(def, rod)) continue;
     hb_load_values values = hb_load_begin(def, t);
     double square[2];
@@ -55,7 +55,8 @@ static void add(const hb_model *model, const hb_rod *rod, double t, const double
 static bool uniform(const hb_model *model, const hb_rod *rod, const hb_force_value *values,
                     hb_uniform_load *sum) {
   int winds = 0;
-  for (int k = 0; k < model->def->force_count; k++) {
+  for (int entry = 0; entry < rod->force_count; entry++) {
+    const int k = model->rod_forces[rod->first_force + entry];
     const hb_force_def *def = &model->def->forces[k];
     if (!acts_on(def, rod)) continue;
     if (!values[k].uniform || ++winds > 1) return false;

@@ -19,12 +19,13 @@ typedef struct need {
 /* Rods in the order in which they are bundled. */
 typedef struct candidate {
   int rod, edges;
-  bool twisted, general, loaded;
+  bool twisted, general, loaded, exact;
 } candidate;
 
 /* Rods of a kind together, long ones first, then as in the scene. */
 static int by_kind_and_size(const void *a, const void *b) {
   const candidate *p = a, *q = b;
+  if (p->exact != q->exact) return p->exact ? 1 : -1;
   if (p->general != q->general) return p->general ? -1 : 1;
   if (p->twisted != q->twisted) return p->twisted ? -1 : 1;
   if (p->edges != q->edges) return p->edges > q->edges ? -1 : 1;
@@ -41,7 +42,7 @@ static bool in_pieces(const candidate *c, int count, int lanes) {
 static int bundle_size(const candidate *c, int count, int lanes) {
   int n = 1;
   while (n < count && n < lanes && c[n].twisted == c[0].twisted && c[n].general == c[0].general &&
-         c[n].edges >= (1 - UNEVEN) * c[0].edges)
+         c[n].exact == c[0].exact && c[n].edges >= (1 - UNEVEN) * c[0].edges)
     n++;
   return n;
 }
@@ -53,15 +54,18 @@ static int strips_of(int edges, int lanes) {
 }
 
 /* Units out of sorted candidates; units NULL: only counts. */
-static int divide(const candidate *c, int count, int lanes, hb_unit *units, int *strip_count) {
+static int divide(const candidate *c, int count, const hb_lane_plan *plan, hb_unit *units, int *strip_count) {
   int n = 0;
   *strip_count = 0;
   for (int at = 0; at < count;) {
+    const hb_lane_kernels *kernels = c[at].exact ? plan->once : plan->kernels;
+    const int lanes = kernels->lanes;
     int size = bundle_size(c + at, count - at, lanes);
     bool pieces = in_pieces(&c[at], size, lanes);
     if (pieces) size = 1;
     int strips = pieces ? strips_of(c[at].edges, lanes) : 1;
     if (units) {
+      units[n].kernels = kernels;
       units[n].pieces = pieces;
       units[n].rod_count = size;
       units[n].strip_count = strips;
@@ -91,7 +95,8 @@ static bool is_uniform(const hb_model *m, const hb_unit *u) {
 }
 
 /* Shapes of the strips of a unit. */
-static void shape_strips(const hb_model *m, hb_unit *u, const hb_lane_kernels *k) {
+static void shape_strips(const hb_model *m, hb_unit *u) {
+  const hb_lane_kernels *k = u->kernels;
   int edges = m->rods[u->rods[0]].nv - 1, lanes = k->lanes;
   int rows = (edges + lanes - 1) / lanes, first = 0;
   for (int g = 0; g < u->strip_count; g++) {
@@ -270,18 +275,17 @@ static void count_full_rows(const hb_model *m, const hb_unit *u, hb_strip *s) {
 /* Counts, allocates, lays out: strips have their shapes, marks is as long as the longest. */
 static hb_status build(const hb_model *m, hb_lane_plan *plan, hb_strip *strips, int strip_count,
                        unsigned char *marks, hb_error *err) {
-  size_t cuts = 0, reals = 0, chain = 0;
+  size_t cuts = 0, lane_bytes = 0, chain = 0;
   for (int k = 0; k < plan->unit_count; k++) {
     hb_unit *u = &plan->units[k];
     for (int g = 0; g < u->strip_count; g++) {
       u->strips[g].cut_count = list_cuts(m, u, &u->strips[g], marks, NULL);
       cuts += (size_t)u->strips[g].cut_count;
-      reals += reals_of(&u->strips[g]);
+      lane_bytes += reals_of(&u->strips[g]) * (u->kernels->single ? sizeof(float) : sizeof(double));
     }
-    if (u->pieces) chain += 4 * (size_t)u->strip_count * (size_t)plan->kernels->lanes;
+    if (u->pieces) chain += 4 * (size_t)u->strip_count * (size_t)u->kernels->lanes;
   }
-  size_t real = plan->kernels->single ? sizeof(float) : sizeof(double);
-  size_t lane_bytes = reals * real, bytes = 64 + lane_bytes + chain * sizeof(double) + cuts * sizeof(int);
+  size_t bytes = 64 + lane_bytes + chain * sizeof(double) + cuts * sizeof(int);
   plan->block = hb_alloc(bytes, 1);
   if (!plan->block) return hb_fail_memory(err, "rods in lanes");
   plan->bytes = bytes + (size_t)strip_count * sizeof *strips +
@@ -294,7 +298,7 @@ static hb_status build(const hb_model *m, hb_lane_plan *plan, hb_strip *strips, 
   for (int k = 0; k < plan->unit_count; k++) {
     hb_unit *u = &plan->units[k];
     if (u->pieces) u->chain = links;
-    if (u->pieces) links += 4 * (size_t)u->strip_count * (size_t)plan->kernels->lanes;
+    if (u->pieces) links += 4 * (size_t)u->strip_count * (size_t)u->kernels->lanes;
     for (int g = 0; g < u->strip_count; g++) {
       hb_strip *s = &u->strips[g];
       lay_out(s, &next);
@@ -311,8 +315,8 @@ static hb_status build(const hb_model *m, hb_lane_plan *plan, hb_strip *strips, 
 /* Units and strips for the candidates in their order. */
 static hb_status fill_plan(const hb_model *m, hb_lane_plan *plan, const candidate *list, int count,
                            hb_error *err) {
-  int lanes = plan->kernels->lanes, strip_count, longest = 1;
-  plan->unit_count = divide(list, count, lanes, NULL, &strip_count);
+  int strip_count, longest = 1;
+  plan->unit_count = divide(list, count, plan, NULL, &strip_count);
   plan->units = hb_alloc((size_t)plan->unit_count, sizeof *plan->units);
   plan->unit_of = hb_alloc((size_t)m->rod_count, sizeof *plan->unit_of);
   plan->turns = hb_alloc((size_t)m->panel_count, sizeof *plan->turns);
@@ -326,13 +330,12 @@ static hb_status fill_plan(const hb_model *m, hb_lane_plan *plan, const candidat
     status = hb_fail_memory(err, "rods in lanes");
   } else {
     for (int r = 0; r < m->rod_count; r++) plan->unit_of[r] = -1;
-    (void)divide(list, count, lanes, plan->units, &strip_count);
+    (void)divide(list, count, plan, plan->units, &strip_count);
     hb_strip *next = strips;
     for (int k = 0; k < plan->unit_count; k++) {
       plan->units[k].strips = next;
-      plan->units[k].kernels = plan->kernels;
       next += plan->units[k].strip_count;
-      shape_strips(m, &plan->units[k], plan->kernels);
+      shape_strips(m, &plan->units[k]);
     }
     status = build(m, plan, strips, strip_count, marks, err);
   }
@@ -361,8 +364,12 @@ hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted
   for (int r = 0; r < model->rod_count; r++)
     if (wanted[r]) {
       const hb_rod *rod = &model->rods[r];
-      list[count++] = (candidate){r, rod->nv - 1, rod->closed_form && !rod->twist_free, !rod->closed_form,
-                                  wanted[r] == HB_WANTED_LOADED};
+      list[count++] = (candidate){r,
+                                  rod->nv - 1,
+                                  rod->closed_form && !rod->twist_free,
+                                  !rod->closed_form,
+                                  (wanted[r] & HB_WANTED_LOADED) != 0,
+                                  (wanted[r] & HB_WANTED_DOUBLE) != 0};
     }
   qsort(list, (size_t)count, sizeof *list, by_kind_and_size);
   hb_status status = fill_plan(model, plan, list, count, err);

@@ -9,7 +9,10 @@
 /* Rods that know nothing of each other may each take some steps before the next one's turn: their numbers
  * stay in the cache. At most so many. */
 #define HB_BLOCK_STEPS 16
-#define HB_WANTED_LOADED 2
+/* What is wanted for a rod, bits. */
+#define HB_WANTED 1
+#define HB_WANTED_LOADED 2 /* loads act on it */
+#define HB_WANTED_DOUBLE 4 /* in doubles, whatever the others are in */
 
 /* What takes its steps together: a bundle of rods in the lanes of one strip, or one rod cut into pieces. */
 typedef struct hb_unit {
@@ -45,8 +48,8 @@ typedef struct hb_lane_plan {
   size_t bytes;
 } hb_lane_plan;
 
-/* Plans the rods with wanted[rod] != 0; HB_WANTED_LOADED if loads act on them. *out NULL if there are none.
- */
+/* Plans the rods with wanted[rod] != 0, by `kernels`, or by `once` those that have to be in doubles. *out
+ * NULL if there are none. */
 hb_status hb_lane_plan_create(const hb_model *model, const unsigned char *wanted,
                               const hb_lane_kernels *kernels, const hb_lane_kernels *once, hb_lane_plan **out,
                               hb_error *err);
@@ -56,7 +59,7 @@ void hb_lane_plan_free(hb_lane_plan *plan);
 void hb_unit_load(const hb_model *model, const hb_state *state, hb_unit *unit);
 void hb_unit_store(const hb_model *model, hb_state *state, hb_unit *unit);
 /* Only what is measured: positions, velocities, directors and twists; with forces also those. */
-void hb_unit_store_measured(const hb_model *model, hb_state *state, const hb_unit *unit, bool forces);
+void hb_unit_store_measured(const hb_model *model, hb_state *state, hb_unit *unit, bool forces);
 
 /* Where vertex (or edge) i of the unit's n-th rod is; for a vertex that two pieces share, the copy that
  * begins a piece. */

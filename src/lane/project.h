@@ -41,7 +41,8 @@ typedef struct rows_of {
  * 2/|e-bar|. */
 INLINED lanes judge_of(const hb_strip *s, int r) {
   lanes inv = ((const lanes *)s->inv_rest)[r + 1];
-  return R(2) * inv * (s->relative ? inv : all(1));
+  const hb_real part = s->relative ? 1 : 0; /* no question per row */
+  return inv * fused(all(2 * part), inv, all(2 - 2 * part));
 }
 
 /* Right-hand side of row r: what the length, or its rate, is off by. */
@@ -212,7 +213,7 @@ INLINED void spread_rows(const effect *q) {
   moved = v3_zero();
   if (!q->pieces) moved = move_vertex(q, s->rows, pull, v3_zero());
   if (q->along) ((lanes *)s->lambda)[top] += u;
-  ((lanes *)s->right)[top] = u;
+  if (q->rates) ((lanes *)s->right)[top] = u;
   for (int r = top - 1; r >= 0; r--) {
     far = near;
     near = v3_load(way + 3 * r);
@@ -226,7 +227,7 @@ INLINED void spread_rows(const effect *q) {
     if (q->pieces && r + 1 == top) v3_store(s->last_moved, moved);
     pull = next;
     if (q->along) ((lanes *)s->lambda)[r] += u;
-    ((lanes *)s->right)[r] = u;
+    if (q->rates) ((lanes *)s->right)[r] = u; /* for the work of supports */
   }
   v3 was = moved;
   if (q->pieces) {

@@ -275,9 +275,10 @@ static void store_directors(const hb_strip *s, lane_of l, int lane, hb_state *st
 }
 
 /* Less than what carries a run on. */
-void hb_unit_store_measured(const hb_model *model, hb_state *state, const hb_unit *unit, bool forces) {
+void hb_unit_store_measured(const hb_model *model, hb_state *state, hb_unit *unit, bool forces) {
   for (int g = 0; g < unit->strip_count; g++) {
-    const hb_strip *s = &unit->strips[g];
+    hb_strip *s = &unit->strips[g];
+    if (forces) unit->kernels->assemble(s);
     for (int lane = 0; lane < (unit->pieces ? s->lanes : unit->rod_count); lane++) {
       lane_of l = describe(model, unit, s, lane);
       store3(s, l, lane, s->x, state->x);

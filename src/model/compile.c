@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 
+#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -106,6 +107,33 @@ static hb_status check_absolute(const hb_model *m, hb_error *err) {
                          least);
 }
 
+/* Which of the scene's forces act on which rod. */
+static hb_status list_forces(hb_model *m, hb_error *err) {
+  const hb_scene_def *def = m->def;
+  size_t count = 0;
+  for (int pass = 0; pass < 2; pass++) {
+    for (int r = 0; r < m->rod_count; r++) m->rods[r].force_count = 0;
+    for (int k = 0; k < def->force_count; k++) {
+      const hb_force_def *force = &def->forces[k];
+      int first = force->rod < 0 ? 0 : force->rod, many = force->rods > 1 ? force->rods : 1;
+      int end = force->rod < 0 ? m->rod_count : first + many;
+      for (int r = first; r < end && r < m->rod_count; r++) {
+        hb_rod *rod = &m->rods[r];
+        if (pass) m->rod_forces[rod->first_force + rod->force_count] = k;
+        rod->force_count++;
+      }
+    }
+    for (int r = 0; pass == 0 && r < m->rod_count; r++) {
+      m->rods[r].first_force = (int)count;
+      count += (size_t)m->rods[r].force_count;
+    }
+    if (count > INT_MAX) return hb_fail(err, HB_ERR_INPUT, "%zu loads on rods are too many", count);
+    if (pass == 0) m->rod_forces = hb_alloc(count, sizeof *m->rod_forces);
+    if (!m->rod_forces) return hb_fail_memory(err, "loads");
+  }
+  return HB_OK;
+}
+
 /* All stages in order. */
 static hb_status compile(hb_model *m, hb_error *err) {
   const hb_scene_def *def = m->def;
@@ -123,6 +151,7 @@ static hb_status compile(hb_model *m, hb_error *err) {
   }
   m->any_follower = has_follower(def);
   if (!status) status = check_absolute(m, err);
+  if (!status) status = list_forces(m, err);
   if (!status) status = hb_compile_supports(m, err);
   return status;
 }
@@ -151,7 +180,7 @@ void hb_model_free(hb_model *m) {
                     m->alpha,   m->bend_gain,  m->B,          m->viscosity,   m->stretching,
                     m->beta,    m->twist_gain, m->rest_twist, m->rest_omega,  m->rest_pull,
                     m->spans,   m->panels,     m->positions,  m->frames,      m->frame_of,
-                    m->initial, m->start_m1};
+                    m->initial, m->start_m1,   m->rod_forces};
   for (size_t k = 0; k < sizeof tables / sizeof tables[0]; k++) hb_free(tables[k]);
   hb_free(m);
 }

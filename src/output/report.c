@@ -149,6 +149,12 @@ static void cost(hb_json *json, const hb_sim *sim, const hb_report_facts *facts)
   hb_json_object(json, "iterations_per_step");
   hb_json_number(json, "projection", steps > 0 ? scalar[HB_S_PROJECTIONS] / steps : 0);
   hb_json_number(json, "twist_newton", steps > 0 ? scalar[HB_S_TWIST_ITERATIONS] / steps : 0);
+  if (hb_method_is_implicit(&hb_sim_model(sim)->def->method)) {
+    hb_json_number(json, "newton", steps > 0 ? scalar[HB_S_NEWTON] / steps : 0);
+    hb_json_number(json, "factorisations", steps > 0 ? scalar[HB_S_FACTORISATIONS] / steps : 0);
+    hb_json_number(json, "pieces", steps > 0 ? scalar[HB_S_PIECES] / steps : 0);
+    hb_json_number(json, "pieces_rejected", steps > 0 ? scalar[HB_S_REJECTED] / steps : 0);
+  }
   hb_json_object_end(json);
   hb_json_object(json, "seconds");
   hb_json_number(json, "wall", facts->wall_seconds);
@@ -264,12 +270,6 @@ static void warnings(hb_json *json, const hb_sim *sim, const hb_frame *start, co
   hb_json_integer(json, "folds", (long long)scalar[HB_S_FOLDS]);
   hb_json_integer(json, "first_order_fallbacks", (long long)scalar[HB_S_FALLBACKS]);
   hb_json_integer(json, "twist_saddles_left", (long long)scalar[HB_S_SADDLES]);
-  if (hb_method_is_implicit(&hb_sim_model(sim)->def->method)) {
-    hb_json_integer(json, "newton_steps", (long long)scalar[HB_S_NEWTON]);
-    hb_json_integer(json, "factorisations", (long long)scalar[HB_S_FACTORISATIONS]);
-    hb_json_integer(json, "pieces", (long long)scalar[HB_S_PIECES]);
-    hb_json_integer(json, "pieces_rejected", (long long)scalar[HB_S_REJECTED]);
-  }
 }
 
 /* The whole report. */

@@ -234,7 +234,6 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
                     int stride, hb_band *K) {
   int span = rod->first_span;
   joint v;
-  hb_stretch_hessian(model, rod, work, stride, K);
   if (rod->twist_free) {
     for (int i = 1; i <= rod->last_joint; i++)
       add_plain(work, i, model->bend_gain[rod->first + i], stride * (i - 1), stride, K);
@@ -273,6 +272,7 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
     scatter(&v, stride * (i - 1), stride, K);
     if (twists) scatter_turns(&v, stride * (i - 1), stride, K);
   }
+  hb_stretch_hessian(model, rod, work, stride, K);
 }
 
 /* Held frames are none; in closed form only the inside of spans between two of them. */

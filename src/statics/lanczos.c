@@ -12,6 +12,10 @@
 #define TAKEN 1e-11
 /* A basis vector below this part of the largest eigenvalue is round-off: the space is exhausted. */
 #define EXHAUSTED 1e-13
+/* Pairs whose eigenvalue is below this part of the largest have lost too many digits; they are for another
+ * shift.
+ */
+#define WEAK 1e-5
 /* Steps between two looks at the pairs. */
 #define LOOK 6
 
@@ -69,7 +73,7 @@ static bool start(hb_vibration *v) {
 
 /* Residual of pair k of `steps`: the size of the next basis vector by the pair's part of the last one. */
 static bool good(const hb_vibration *v, int k, double last_part, double next) {
-  return fabs(next * last_part) <= TAKEN * fabs(v->ritz[k]);
+  return fabs(next * last_part) <= TAKEN * fabs(v->ritz[k]) && fabs(v->ritz[k]) >= WEAK * v->strongest;
 }
 
 /* How many pairs are good after so many steps. Eigenvalues are left in v->ritz, Q (rows x steps) as in
@@ -80,6 +84,8 @@ static int look(hb_vibration *v, int steps, double next, int rows, double *Q) {
   memcpy(beside, v->beside, (size_t)steps * sizeof *beside);
   if (!hb_tridiagonal_eigen(steps, v->ritz, beside, rows, Q)) return 0;
   int count = 0;
+  v->strongest = 0;
+  for (int k = 0; k < steps; k++) v->strongest = fmax(v->strongest, fabs(v->ritz[k]));
   for (int k = 0; k < steps; k++)
     count += good(v, k, Q[(size_t)steps * (size_t)(rows - 1) + (size_t)k], next);
   return count;

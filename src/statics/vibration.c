@@ -202,11 +202,11 @@ static int proven(hb_vibration *v) {
 
 /* Where to look next: among those that are missing. */
 static double next_shift(const hb_vibration *v, int sure, double lowest, int fruitless) {
-  double away = 1 + 0.37 * fruitless;
-  if (sure == 0) return lowest * away;
-  if (sure < v->found) return between(v, sure) + (away - 1) * 10 * apart(v, v->square[v->order[sure - 1]]);
+  double away = pow(8, fruitless);
+  if (sure == 0) return lowest * (1 + 0.37 * fruitless);
+  if (sure < v->found) return between(v, sure) + 3.7 * fruitless * apart(v, v->square[v->order[sure - 1]]);
   double last = v->square[v->order[sure - 1]], before = v->square[v->order[sure > 6 ? sure - 7 : 0]];
-  return last + away * fmax(0.2 * (last - before), 20 * apart(v, last));
+  return last + away * fmax(0.2 * (last - before), fmax(20 * apart(v, last), v->scale));
 }
 
 /* Forgets the highest ones where the next run may need their places. */

@@ -19,6 +19,7 @@ typedef struct hb_vibration {
   double *vector, *square, *error;
   int steps_room; /* of one run of Lanczos's method */
   double *basis, *diagonal, *beside, *ritz, *trial;
+  double strongest; /* largest eigenvalue of the inverse in the last run: round-off is relative to it */
   int solves, factorisations;
   double *block;
 } hb_vibration;

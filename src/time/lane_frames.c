@@ -9,8 +9,8 @@
 #define WIDE HB_LANES_DOUBLE
 
 /* Rod of lane l in a group of lanes; lanes without one repeat the first. */
-static const hb_rod *rod_in(const hb_journey *j, int group, int l) {
-  int n = group * WIDE + l;
+static const hb_rod *rod_in(const hb_journey *j, int index, int l) {
+  int n = index * WIDE + l;
   return &j->s->model->rods[j->u->rods[n < j->u->rod_count ? n : 0]];
 }
 
@@ -28,7 +28,13 @@ bool hb_unit_is_alike(const hb_model *m, const hb_unit *u) {
   if (u->pieces || 1 + first->frame_count + panels > HB_JOURNEY_DIRECTORS) return false;
   for (int n = 1; n < u->rod_count; n++) {
     const hb_rod *rod = &m->rods[u->rods[n]];
-    if (rod->frame_count != first->frame_count || panels_of(m, rod) != panels) return false;
+    if (rod->frame_count != first->frame_count || rod->span_count != first->span_count) return false;
+    for (int k = 0; k < rod->span_count; k++) {
+      const hb_span *a = &m->spans[first->first_span + k], *b = &m->spans[rod->first_span + k];
+      if (a->panel_count != b->panel_count ||
+          a->first_frame - first->first_frame != b->first_frame - rod->first_frame)
+        return false;
+    }
   }
   return true;
 }
@@ -68,75 +74,73 @@ typedef struct kept {
   int slot;
 } kept;
 
-/* The anchor, the frames, the ends of panels inside of spans. last_of: per panel, the item that ends it; for
- * the panel that begins a span, first_of is the item where it begins, else -1. Returns the items. */
-static int list_items(const hb_model *m, hb_state *state, const hb_rod *rod, kept *items, int *first_of,
-                      int *last_of) {
-  int count = 1, panels = 0;
+/* The directors of a group of rods on their way through a step. first_of, last_of: per panel, the items where
+ * it begins and ends. */
+typedef struct group {
+  hb_lane_director list[HB_JOURNEY_DIRECTORS];
+  kept items[WIDE][HB_JOURNEY_DIRECTORS];
+  int first_of[HB_JOURNEY_DIRECTORS], last_of[HB_JOURNEY_DIRECTORS];
+  int count;
+} group;
+
+/* The anchor, the frames, the ends of panels inside of spans; of lane l. */
+static void list_items(const hb_model *m, hb_state *state, const hb_rod *rod, int l, group *g) {
+  int panels = 0;
+  kept *items = g->items[l];
+  g->count = 1;
   items[0] = (kept){state->anchor_m1 + 3 * rod->index, state->anchor_tangent + 3 * rod->index, rod->first};
   for (int k = rod->first_frame; k < rod->first_frame + rod->frame_count; k++)
-    items[count++] = (kept){state->frame_m1 + 3 * k, state->frame_tangent + 3 * k, m->frames[k].slot};
+    items[g->count++] = (kept){state->frame_m1 + 3 * k, state->frame_tangent + 3 * k, m->frames[k].slot};
   for (int k = rod->first_span; k < rod->first_span + rod->span_count; k++) {
     const hb_span *span = &m->spans[k];
     for (int p = span->first_panel; p < span->first_panel + span->panel_count; p++, panels++) {
-      first_of[panels] =
-          p == span->first_panel ? 1 + span->first_frame - rod->first_frame : last_of[panels - 1];
+      g->first_of[panels] =
+          p == span->first_panel ? 1 + span->first_frame - rod->first_frame : g->last_of[panels - 1];
       if (p + 1 == span->first_panel + span->panel_count) {
-        last_of[panels] = 1 + span->last_frame - rod->first_frame;
+        g->last_of[panels] = 1 + span->last_frame - rod->first_frame;
         continue;
       }
-      items[count] = (kept){state->panel_m1 + 3 * p, state->panel_tangent + 3 * p, m->panels[p].to};
-      last_of[panels] = count++;
+      items[g->count] = (kept){state->panel_m1 + 3 * p, state->panel_tangent + 3 * p, m->panels[p].to};
+      g->last_of[panels] = g->count++;
     }
   }
-  return count;
 }
 
 /* All directors of a group to where they are now; false, with nothing written, if one cannot be carried. */
-static bool carry_group(const hb_journey *j, int group, hb_lane_director *list) {
-  kept items[HB_JOURNEY_DIRECTORS];
-  int first_of[HB_JOURNEY_DIRECTORS], last_of[HB_JOURNEY_DIRECTORS], count = 0;
+static bool carry_group(const hb_journey *j, int index, group *g) {
   const hb_strip *s = j->u->strips;
   for (int l = 0; l < WIDE; l++) {
-    const hb_rod *rod = rod_in(j, group, l);
-    int n = group * WIDE + l, lane = n < j->u->rod_count ? n : 0;
-    count = list_items(j->s->model, j->s->state, rod, items, first_of, last_of);
-    for (int k = 0; k < count; k++) {
-      gather3(list[k].d, l, items[k].d);
-      gather3(list[k].t, l, items[k].t);
-      gather_edge(s, lane, items[k].slot - rod->first, list[k].e, l);
+    const hb_rod *rod = rod_in(j, index, l);
+    int n = index * WIDE + l, lane = n < j->u->rod_count ? n : 0;
+    list_items(j->s->model, j->s->state, rod, l, g);
+    for (int k = 0; k < g->count; k++) {
+      gather3(g->list[k].d, l, g->items[l][k].d);
+      gather3(g->list[k].t, l, g->items[l][k].t);
+      gather_edge(s, lane, g->items[l][k].slot - rod->first, g->list[k].e, l);
     }
   }
-  return j->s->plan->once->carry_directors(list, count);
+  return j->s->plan->once->carry_directors(g->list, g->count);
 }
 
 /* Rods of a group that are there. */
-static int rods_in(const hb_journey *j, int group) {
-  int left = j->u->rod_count - group * WIDE;
+static int rods_in(const hb_journey *j, int index) {
+  int left = j->u->rod_count - index * WIDE;
   return left < WIDE ? left : WIDE;
-}
-
-/* The directors as they are now, into the state. */
-static void keep_group(const hb_journey *j, int group, const hb_lane_director *list) {
-  kept items[HB_JOURNEY_DIRECTORS];
-  int first_of[HB_JOURNEY_DIRECTORS], last_of[HB_JOURNEY_DIRECTORS];
-  for (int l = 0; l < rods_in(j, group); l++) {
-    int count = list_items(j->s->model, j->s->state, rod_in(j, group, l), items, first_of, last_of);
-    for (int k = 0; k < count; k++) {
-      scatter3(list[k].d, l, items[k].d);
-      scatter3(list[k].t, l, items[k].t);
-    }
-  }
 }
 
 /* Groups of a unit. */
 static int groups_of(const hb_journey *j) { return (j->u->rod_count + WIDE - 1) / WIDE; }
 
-/* Every director, then everything is written. */
-static bool carry_unit(const hb_journey *j, hb_lane_director list[HB_JOURNEY_GROUPS][HB_JOURNEY_DIRECTORS]) {
+/* Every director, then everything is written into the state. */
+static bool carry_unit(const hb_journey *j, group groups[HB_JOURNEY_GROUPS]) {
   for (int g = 0; g < groups_of(j); g++)
-    if (!carry_group(j, g, list[g])) return false;
-  for (int g = 0; g < groups_of(j); g++) keep_group(j, g, list[g]);
+    if (!carry_group(j, g, &groups[g])) return false;
+  for (int g = 0; g < groups_of(j); g++)
+    for (int l = 0; l < rods_in(j, g); l++)
+      for (int k = 0; k < groups[g].count; k++) {
+        scatter3(groups[g].list[k].d, l, groups[g].items[l][k].d);
+        scatter3(groups[g].list[k].t, l, groups[g].items[l][k].t);
+      }
   return true;
 }
 
@@ -157,31 +161,23 @@ static void gather_turn(const hb_journey *j, int n, int p, const hb_panel *panel
 }
 
 /* Twist of the p-th panel of each rod of a group. */
-static void twist_group(const hb_journey *j, int group, int p, const hb_lane_director *list) {
+static void twist_group(const hb_journey *j, int index, int p, const group *g) {
   const hb_model *m = j->s->model;
+  hb_state *state = j->s->state;
   _Alignas(64) double turn[4 * WIDE], twist[WIDE];
-  hb_lane_director from, to;
+  const hb_lane_director *from = &g->list[g->first_of[p]], *to = &g->list[g->last_of[p]];
   int panel[WIDE];
   for (int l = 0; l < WIDE; l++) {
-    const hb_rod *rod = rod_in(j, group, l);
-    kept items[HB_JOURNEY_DIRECTORS];
-    int first_of[HB_JOURNEY_DIRECTORS], last_of[HB_JOURNEY_DIRECTORS], n = group * WIDE + l;
-    (void)list_items(m, j->s->state, rod, items, first_of, last_of);
-    panel[l] = m->spans[rod->first_span].first_panel + p;
-    for (int c = 0; c < 3; c++) {
-      from.d[c * WIDE + l] = list[first_of[p]].d[c * WIDE + l];
-      to.d[c * WIDE + l] = list[last_of[p]].d[c * WIDE + l];
-      to.t[c * WIDE + l] = list[last_of[p]].t[c * WIDE + l];
-    }
+    int n = index * WIDE + l;
+    panel[l] = m->spans[rod_in(j, index, l)->first_span].first_panel + p;
     gather_turn(j, n < j->u->rod_count ? n : 0, p, &m->panels[panel[l]], turn, l);
-    twist[l] = j->s->state->panel_twist[panel[l]];
+    twist[l] = state->panel_twist[panel[l]];
   }
-  j->s->plan->once->panel_twist(turn, &from, &to, twist);
-  for (int l = 0; l < rods_in(j, group); l++) {
-    hb_lane_director *end = &to;
-    j->s->state->panel_twist[panel[l]] = twist[l];
-    scatter3(end->d, l, j->s->state->panel_m1 + 3 * panel[l]);
-    scatter3(end->t, l, j->s->state->panel_tangent + 3 * panel[l]);
+  j->s->plan->once->panel_twist(turn, from, to, twist);
+  for (int l = 0; l < rods_in(j, index); l++) {
+    state->panel_twist[panel[l]] = twist[l];
+    scatter3(to->d, l, state->panel_m1 + 3 * panel[l]);
+    scatter3(to->t, l, state->panel_tangent + 3 * panel[l]);
   }
 }
 
@@ -203,28 +199,28 @@ static void set_moments(const hb_model *m, hb_state *state, const hb_rod *rod) {
 
 /* Frames and twist in closed form. */
 bool hb_journey_settle_steady(const hb_journey *j) {
-  hb_lane_director list[HB_JOURNEY_GROUPS][HB_JOURNEY_DIRECTORS];
+  group groups[HB_JOURNEY_GROUPS];
   const hb_model *m = j->s->model;
-  if (!carry_unit(j, list)) return false;
+  if (!carry_unit(j, groups)) return false;
   int panels = j->u->twisted ? panels_of(m, &m->rods[j->u->rods[0]]) : 0;
   for (int g = 0; g < groups_of(j); g++)
-    for (int p = 0; p < panels; p++) twist_group(j, g, p, list[g]);
+    for (int p = 0; p < panels; p++) twist_group(j, g, p, &groups[g]);
   for (int n = 0; n < j->u->rod_count; n++) set_moments(m, j->s->state, &m->rods[j->u->rods[n]]);
   return true;
 }
 
 /* Frames of general rods, into the lanes, too. */
 bool hb_journey_hold_steady(const hb_journey *j) {
-  hb_lane_director list[HB_JOURNEY_GROUPS][HB_JOURNEY_DIRECTORS];
+  group groups[HB_JOURNEY_GROUPS];
   const hb_model *m = j->s->model;
   const double nothing = 0;
-  if (!carry_unit(j, list)) return false;
+  if (!carry_unit(j, groups)) return false;
   for (int n = 0; n < j->u->rod_count; n++) {
     const hb_rod *rod = &m->rods[j->u->rods[n]];
     for (int k = 0; k < rod->frame_count; k++) {
       double d[3];
       int edge = m->frames[rod->first_frame + k].slot - rod->first;
-      scatter3(list[n / WIDE][1 + k].d, n % WIDE, d);
+      scatter3(groups[n / WIDE].list[1 + k].d, n % WIDE, d);
       hb_unit_set_edge(j->u, n, edge, AT(m1), 3, d);
       hb_unit_set_edge(j->u, n, edge, AT(spin), 1, &nothing);
     }

@@ -44,7 +44,6 @@ static bool fits_lanes(const hb_stepper *s, const hb_rod *rod) {
   bool euler = scheme && strcmp(scheme, "symplectic-euler") == 0;
   if (rod->closed || rod->extensible) return false; /* they go the plain way */
   if (m->def->rods[rod->index].viscosity || m->any_follower || rod->nv < 3) return false;
-  if (m->def->method.precision == HB_PRECISION_SINGLE && !fits_floats(m, rod)) return false;
   for (int k = rod->first_position; k < rod->first_position + rod->position_count; k++)
     if (euler && hb_support_moves(m, &m->positions[k])) return false;
   for (int i = rod->first; i < rod->first + rod->nv; i++)
@@ -96,7 +95,7 @@ size_t hb_stepper_memory(const hb_stepper *s) {
   const hb_model *m = s->model;
   size_t vectors = 3 * (size_t)m->nv * sizeof(double), rods = (size_t)m->rod_count;
   size_t bytes = s->rod_work.bytes + s->project_work.bytes + (s->follower_m1 ? 4 : 3) * vectors +
-                 (3 * (size_t)m->position_count + (size_t)m->frame_count) * sizeof(double) +
+                 (3 * (size_t)m->position_count + 2 * (size_t)m->frame_count) * sizeof(double) +
                  rods * (sizeof *s->rates + sizeof *s->active + sizeof *s->uniform) +
                  HB_BLOCK_STEPS * (size_t)m->def->force_count * sizeof *s->values + hb_pool_memory(s->pool);
   bytes += hb_implicit_bytes(s->implicit);
@@ -130,7 +129,9 @@ hb_status hb_stepper_use_lanes(hb_stepper *s, hb_error *err) {
   unsigned char *wanted = hb_alloc((size_t)m->rod_count, 1);
   if (!wanted) return hb_fail_memory(err, "rods in lanes");
   for (int r = 0; r < m->rod_count; r++) {
-    if (fits_lanes(s, &m->rods[r])) wanted[r] = s->active[r] ? HB_WANTED_LOADED : 1;
+    if (!fits_lanes(s, &m->rods[r])) continue;
+    wanted[r] = HB_WANTED | (s->active[r] ? HB_WANTED_LOADED : 0);
+    if (kernels->single && !fits_floats(m, &m->rods[r])) wanted[r] |= HB_WANTED_DOUBLE;
   }
   hb_status status = hb_lane_plan_create(m, wanted, kernels, once, &s->plan, err);
   hb_free(wanted);

@@ -327,8 +327,12 @@ static void test_P10(void **state) {
     t.def.method.length_tolerance = relative ? 1e-10 : 1e-2;
     t.def.method.length_tolerance_kind = relative ? HB_TOLERANCE_RELATIVE : HB_TOLERANCE_ABSOLUTE;
     trial_start(&t);
-    trial_run(&t, 1000);
-    error[relative] = trial_measure(&t)->worst_length_error;
+    error[relative] = 0;
+    for (int k = 0; k < 50;
+         k++) { /* the largest of all times: single ones are chaotic where errors are big */
+      trial_run(&t, 20);
+      error[relative] = fmax(error[relative], trial_measure(&t)->worst_length_error);
+    }
     trial_end(&t);
   }
   errata_row("P10", error[0], 0.3, error[1], 1e-10);

@@ -74,6 +74,9 @@ static void cuts(void **state) {
       "    bending: [1, 2.5]\n    twisting: 0.7\n    linear_density: 1\n    start: {clamp: true}\n" LOADS,
       HEAD "rods:\n  - rest: {helix: {radius: 0.2, pitch: 0.3, turns: 1.3, vertices: 41}}\n"
            "    bending: [1, 2.5]\n    twisting: 0.7\n    linear_density: 1\n    start: {clamp: true}\n"
+           "    stretching: 200\n    inextensible: false\n" LOADS,
+      HEAD "rods:\n  - rest: {helix: {radius: 0.2, pitch: 0.3, turns: 1.3, vertices: 41}}\n"
+           "    bending: [1, 2.5]\n    twisting: 0.7\n    linear_density: 1\n    start: {clamp: true}\n"
            "    end: {position: fixed, tangent: fixed, material_angle: 0.8*t}\n" LOADS};
   for (size_t k = 0; k < sizeof scenes / sizeof scenes[0]; k++) {
     solved s;

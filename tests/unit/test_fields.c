@@ -32,6 +32,22 @@ static const char scene[] = "method: {time_step: 1e-4, duration: 0.01}\n"
                             "    twisting: 1e-3\n"
                             "    linear_density: 0.1\n"
                             "    start: {clamp: true}\n"
+                            "  - name: band\n"
+                            "    rest: {line: {from: [3, 0, 0], to: [3, 0, 0.3], vertices: 14}}\n"
+                            "    initial: {displace: [0.02*sin(9*s), 0, 0]}\n"
+                            "    lengths: initial\n"
+                            "    bending: 1e-3\n"
+                            "    twisting: 1e-3\n"
+                            "    stretching: 20\n"
+                            "    inextensible: false\n"
+                            "    linear_density: 0.1\n"
+                            "    start: {clamp: true}\n"
+                            "  - name: ring\n"
+                            "    closed: true\n"
+                            "    rest: {ring: {center: [4, 0, 0], radius: 0.1, vertices: 20}}\n"
+                            "    bending: 1e-3\n"
+                            "    twisting: 1e-3\n"
+                            "    linear_density: 0.1\n"
                             "  - name: slow\n"
                             "    rest: {line: {from: [2, 0, 0], to: [2, 0, 0.3], vertices: 10}}\n"
                             "    initial: {displace: [0.02*sin(9*s), 0, 0]}\n"
@@ -159,6 +175,14 @@ static void a_look_changes_nothing(void **state) {
   drop(&b);
 }
 
+/* A row of an edge field that files do not hold: where a rod ends, or a closed one begins anew. */
+static bool is_gap(const world *w, int field, size_t number) {
+  const hb_frame_field *f = &hb_frame_fields[field];
+  int slot = (int)(number / (size_t)f->components);
+  const hb_rod *rod = &w->model->rods[w->model->rod_of[slot]];
+  return f->location == HB_ON_EDGE && slot == rod->first + rod->nv - 1;
+}
+
 /* A file name in the scratch directory. */
 static const char *scratch(const char *name) {
   static char path[300];
@@ -203,7 +227,7 @@ static void files(void **state) {
       assert_int_equal(status, held >> k & 1 ? HB_OK : HB_ERR_INPUT);
       const double *measured = numbers(w.whole, k);
       for (size_t i = 0; !status && i < count_of(&w, k); i++)
-        assert_near(values[i], measured[i],
+        assert_near(values[i], is_gap(&w, k, i) ? 0 : measured[i],
                     n % 2 ? fabs(measured[i]) * (double)FLT_EPSILON + (double)FLT_MIN : 0);
     }
     if (n == 0) {
@@ -311,7 +335,7 @@ static void words(void **state) {
                {"{fields: theta, precision: single}", HB_FIELD_BIT(position) | HB_FIELD_BIT(theta), true},
                {"{fields: [energies, m1], precision: double}",
                 HB_FIELD_BIT(position) | HB_FIELD_BIT(energy_bending) | HB_FIELD_BIT(energy_twisting) |
-                    HB_FIELD_BIT(energy_kinetic) | HB_FIELD_BIT(m1),
+                    HB_FIELD_BIT(energy_kinetic) | HB_FIELD_BIT(energy_stretching) | HB_FIELD_BIT(m1),
                 false}};
   for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
     char text[3000];

@@ -25,7 +25,7 @@ static void frequency(void **state) {
   s = signal(8.89, 0.004, times, values);
   assert_near_rel(cli_series_frequency(&s, 9), 8.89, 1e-10);
   for (int k = 0; k < COUNT; k++) values[k] = 1e6 + 1e-3 * sin(3.3 * times[k]); /* little on a large mean */
-  assert_near_rel(cli_series_frequency(&s, NAN), 3.3, 1e-7);
+  assert_near_rel(cli_series_frequency(&s, (double)NAN), 3.3, 1e-7);
   s.count = 600; /* less than two periods */
   assert_true(isnan(cli_series_frequency(&s, 3.3)));
   s.count = 3;
