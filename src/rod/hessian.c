@@ -237,6 +237,7 @@ void hb_rod_hessian(const hb_model *model, const hb_rod *rod, const hb_state *st
   if (rod->twist_free) {
     for (int i = 1; i <= rod->last_joint; i++)
       add_plain(work, i, model->bend_gain[rod->first + i], stride * (i - 1), stride, K);
+    hb_stretch_hessian(model, rod, work, stride, K);
     return;
   }
   set_side(&v, 1, rod, state, work, 0);
