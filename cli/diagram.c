@@ -175,7 +175,8 @@ static hb_status read_points(diagram *d, hb_error *err) {
 }
 
 /* Shapes far apart from one another: of those that are left the farthest from all that are chosen, in the
- * plane of the diagram, each axis in units of its range. */
+ * plane of the diagram, each axis in units of its range; shapes differ
+ * more over the second one. */
 static void choose_shapes(diagram *d) {
   double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
   for (long k = 0; k < d->count; k++) {
@@ -190,8 +191,8 @@ static void choose_shapes(diagram *d) {
       double least = d->chosen_count == 0 ? fabs(d->points[k].y) / size[1] + 1 : HUGE_VAL;
       for (int c = 0; c < d->chosen_count; c++) {
         const point *other = &d->points[d->chosen[c]];
-        least =
-            fmin(least, hypot((d->points[k].x - other->x) / size[0], (d->points[k].y - other->y) / size[1]));
+        least = fmin(
+            least, hypot(0.4 * (d->points[k].x - other->x) / size[0], (d->points[k].y - other->y) / size[1]));
       }
       if (least > farthest) {
         farthest = least;

@@ -32,6 +32,7 @@ typedef struct studio {
   hb_reader *reader;
   const hb_trajectory_info *info;
   double *times;
+  bool numbered; /* a film goes by the numbers of frames, not by their times */
   cli_cast cast;
   hb_views views;
   hb_image image;
@@ -156,11 +157,22 @@ static hb_status pick_frame(const studio *s, long *out, hb_error *err) {
                  r->frame, s->info->frames - 1);
 }
 
+/* Along a branch of equilibria times are values of a parameter, which may turn back. */
+static bool goes_forward(const studio *s) {
+  for (long k = 1; k < s->info->frames; k++)
+    if (s->times[k] < s->times[k - 1]) return false;
+  return true;
+}
+
+/* When a film shows a frame: at its time, or where times turn back one after the other, a unit of time apart.
+ */
+static double moment(const studio *s, long frame) { return s->numbered ? (double)frame : s->times[frame]; }
+
 /* The frame that a film shows at a time: the last one that is not later. from: one that is certainly not too
  * late. */
 static long frame_at(const studio *s, double time, long from) {
   long k = from;
-  while (k + 1 < s->info->frames && s->times[k + 1] <= time + 1e-9 * fabs(time)) k++;
+  while (k + 1 < s->info->frames && moment(s, k + 1) <= time + 1e-9 * fabs(time)) k++;
   return k;
 }
 
@@ -322,7 +334,7 @@ static hb_status feed(studio *s, cli_pipe *pipe, double step, long count, hb_err
   long frame = 0, drawn = -1;
   hb_status status = HB_OK;
   for (long k = 0; status == HB_OK && k < count; k++) {
-    frame = k == count - 1 ? s->info->frames - 1 : frame_at(s, s->times[0] + step * (double)k, frame);
+    frame = k == count - 1 ? s->info->frames - 1 : frame_at(s, moment(s, 0) + step * (double)k, frame);
     if (frame != drawn) status = draw(s, frame, err);
     drawn = frame;
     if (status == HB_OK) status = cli_pipe_write(pipe, s->image.rgb, bytes, err);
@@ -348,7 +360,8 @@ static hb_status encode(studio *s, const char *part, double step, long count, hb
 static hb_status make_film(studio *s, hb_error *err) {
   char part[TEXT_ROOM];
   request *r = &s->ask;
-  double duration = s->times[s->info->frames - 1] - s->times[0];
+  s->numbered = !goes_forward(s);
+  double duration = moment(s, s->info->frames - 1) - moment(s, 0);
   if (!(r->speed > 0)) r->speed = duration > 0 ? round_up(0.8 * duration / USUAL_LENGTH) : 1;
   double step = r->speed / r->fps, wanted = floor(duration / step + 1e-6) + 1;
   if (wanted > 1e6)

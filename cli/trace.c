@@ -261,5 +261,5 @@ const cli_verb cli_verb_trace = {
     "\n"
     "example:\n"
     "  hebra trace scenes/trace/euler.yaml -o out/euler\n"
-    "  hebra plot out/euler/branches.csv --x parameter --y end_x -o euler.png\n",
+    "  hebra plot out/euler/branches.csv -o euler.png\n",
     run_verb};

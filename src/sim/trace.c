@@ -96,10 +96,10 @@ static hb_status cross(hb_tracer *t, const hb_crossing *c, int side, hb_error *e
     found = hb_branch_leave(&t->b, &c->at, c->mode, side * amount, &t->here);
     if (found) found = t->here.p >= t->b.lower && t->here.p <= t->b.upper;
     amount *= 0.5;
+    hb_status trouble = t->b.trouble.status;
+    if (!found && (trouble == HB_ERR_INPUT || trouble == HB_ERR_MEMORY))
+      return hb_fail(err, trouble, "%s", t->b.trouble.text);
   }
-  hb_status trouble = t->b.trouble.status;
-  if (!found && (trouble == HB_ERR_INPUT || trouble == HB_ERR_MEMORY))
-    return hb_fail(err, trouble, "%s", t->b.trouble.text);
   if (!found) {
     hb_trace_end end = {t->branch, c->number, side,
                         0,         true,      "no equilibrium was found beside the bifurcation"};

@@ -9,7 +9,7 @@
 /* One rod of the family: as it is at the start of its scene, and held directors from there. */
 typedef struct hb_member {
   const hb_model *model; /* NULL: none */
-  hb_sim *sim;
+  hb_sim *sim;           /* NULL: nobody has asked for it yet */
   double p, t;
   double *held; /* 6 per prescribed frame: director before its turn, tangent */
   long used;    /* when it was asked for last */
@@ -27,6 +27,8 @@ hb_status hb_members_enter(void *context, double p, hb_state *state, const hb_mo
                            hb_error *err);
 /* The member of the value p; valid until HB_FAMILY_KEPT - 1 others were asked for. */
 hb_status hb_members_find(hb_members *m, double p, hb_member **out, hb_error *err);
+/* Makes the sim of a member if it has none. */
+hb_status hb_member_start(hb_member *member, hb_error *err);
 /* The first one, which stays. Rules that every scene must keep to be traced. */
 hb_status hb_members_begin(hb_members *m, const hb_trace_family *family, double p, hb_error *err);
 void hb_members_free(hb_members *m);

@@ -21,7 +21,30 @@ void hb_members_free(hb_members *m) {
   drop(m, &m->first);
 }
 
-/* Scene, model, initial state. Held directors are kept: measuring overwrites the state. */
+/* Does a prescribed frame count from the director that the initial state has there? */
+static bool needs_start(const hb_model *model) {
+  for (int k = 0; k < model->frame_count; k++)
+    if (model->frames[k].def->kind != HB_SUPPORT_DIRECTOR) return true;
+  return false;
+}
+
+/* The initial state costs more than the model, and is made only where it is asked for. Held directors are
+ * kept: measuring overwrites the state. */
+hb_status hb_member_start(hb_member *member, hb_error *err) {
+  if (member->sim) return HB_OK;
+  hb_status status = hb_sim_create(member->model, &member->sim, err);
+  if (status) return status;
+  member->held = hb_alloc(6 * (size_t)member->model->frame_count, sizeof *member->held);
+  if (!member->held) return hb_fail_memory(err, "frames of a rod");
+  const hb_state *state = hb_sim_state(member->sim);
+  for (int k = 0; k < member->model->frame_count; k++) {
+    memcpy(member->held + 6 * k, state->frame_m1 + 3 * k, 3 * sizeof(double));
+    memcpy(member->held + 6 * k + 3, state->frame_tangent + 3 * k, 3 * sizeof(double));
+  }
+  return HB_OK;
+}
+
+/* Scene, model, and the initial state if supports depend on it. */
 static hb_status make(hb_members *m, double p, hb_member *out, hb_error *err) {
   hb_status status = m->family->at(m->family->context, p, &out->model, &out->t, err);
   if (status) {
@@ -30,16 +53,7 @@ static hb_status make(hb_members *m, double p, hb_member *out, hb_error *err) {
   }
   out->p = p;
   m->made++;
-  status = hb_sim_create(out->model, &out->sim, err);
-  if (status) return status;
-  out->held = hb_alloc(6 * (size_t)out->model->frame_count, sizeof *out->held);
-  if (!out->held) return hb_fail_memory(err, "frames of a rod");
-  const hb_state *state = hb_sim_state(out->sim);
-  for (int k = 0; k < out->model->frame_count; k++) {
-    memcpy(out->held + 6 * k, state->frame_m1 + 3 * k, 3 * sizeof(double));
-    memcpy(out->held + 6 * k + 3, state->frame_tangent + 3 * k, 3 * sizeof(double));
-  }
-  return HB_OK;
+  return needs_start(out->model) ? hb_member_start(out, err) : HB_OK;
 }
 
 /* Do two models have the same tables of supports? */
@@ -68,8 +82,8 @@ static hb_status compare(const hb_member *first, const hb_member *other, hb_erro
     return hb_fail(err, HB_ERR_INPUT,
                    "the parameter changes which vertices and frames are held: not the same at %.9g and %.9g",
                    first->p, other->p);
-  if (a->rods[0].closed_form != b->rods[0].closed_form || a->panel_count != b->panel_count ||
-      a->any_viscosity != b->any_viscosity)
+  if (a->rods[0].closed_form != b->rods[0].closed_form || a->rods[0].extensible != b->rods[0].extensible ||
+      a->panel_count != b->panel_count || a->any_viscosity != b->any_viscosity)
     return hb_fail(
         err, HB_ERR_INPUT,
         "the parameter changes the kind of the rod (isotropic and straight at rest, or not) between "
@@ -118,6 +132,7 @@ static bool may_turn(const hb_model *m, const double *x, int slot) {
 hb_status hb_members_begin(hb_members *m, const hb_trace_family *family, double p, hb_error *err) {
   m->family = family;
   hb_status status = make(m, p, &m->first, err);
+  if (!status) status = hb_member_start(&m->first, err);
   if (status) return status;
   const hb_model *model = m->first.model;
   if (model->rod_count != 1)

@@ -34,6 +34,7 @@ hb_status hb_tracer_tell(hb_tracer *t, const hb_branch_point *point, hb_trace_ki
                          int multiplicity, hb_error *err) {
   hb_member *member;
   hb_status status = hb_members_find(&t->members, point->p, &member, err);
+  if (!status) status = hb_member_start(member, err);
   if (status) return status;
   hb_state *state = hb_sim_state(member->sim);
   hb_state_copy(state, point->state);

@@ -293,7 +293,8 @@ bool hb_branch_land(hb_branch *b, const hb_branch_point *from, double step, doub
   return true;
 }
 
-/* The mode instead of the tangent; the parameter starts from where it is at the bifurcation. */
+/* The mode instead of the tangent; the parameter starts from where it is at the bifurcation.
+ */
 bool hb_branch_leave(hb_branch *b, const hb_branch_point *from, const double *mode, double amount,
                      hb_branch_point *out) {
   int iterations = 0;
@@ -301,6 +302,8 @@ bool hb_branch_leave(hb_branch *b, const hb_branch_point *from, const double *mo
   if (hb_branch_return(b, from, NULL)) return false;
   double turn = fabs(amount) * turn_of(b, mode, &longest);
   if (move(b, mode, amount, from->p)) return false;
+  if (hb_branch_differentiate(b, NULL))
+    return false; /* on a straight rod the parameter may do nothing at all */
   memset(b->row, 0, (size_t)b->room * sizeof *b->row);
   for (int k = 0; k < b->s.kkt.matrix.n; k++)
     if (k % HB_KKT_STRIDE < 3) b->row[k] = (amount < 0 ? -1 : 1) * b->metric * b->s.kkt.weight[k] * mode[k];

@@ -48,7 +48,7 @@ static void complete_column(hb_branch *b) {
   const hb_model *m = b->s.model;
   double *column = b->column;
   memcpy(column, b->rate, (size_t)kkt->matrix.n * sizeof *column);
-  for (int j = 0; j + 1 < b->rod->nv; j++) {
+  for (int j = 0; !b->rod->extensible && j + 1 < b->rod->nv; j++) {
     int k = b->rod->first + j;
     hb_v3 gradient;
     double change = column[HB_KKT_STRIDE * (j + 1) + HB_KKT_MULTIPLIER];
@@ -118,7 +118,7 @@ static void add_equations(const hb_branch *b, double part, double *out) {
       double C =
           hb_inextensible_edge(x + 3 * i, s->model->rest_length[k], s->model->inv_rest_length[k], &pull);
       pull = hb_v3_scale(s->multiplier[k], pull);
-      out[HB_KKT_STRIDE * (i + 1) + HB_KKT_MULTIPLIER] += part * C;
+      if (!rod->extensible) out[HB_KKT_STRIDE * (i + 1) + HB_KKT_MULTIPLIER] += part * C;
     }
     hb_v3 rest = hb_v3_add(hb_v3_load(s->state->force + 3 * k), hb_v3_sub(pull, before));
     double *to = out + HB_KKT_STRIDE * i;
