@@ -100,7 +100,8 @@ static herr_t disk_truncate(H5FD_t *file, hid_t transfer, hbool_t closing) {
   return 0;
 }
 
-/* The table of functions is copied by HDF5, and goes with the last file and property list that use it. */
+/* HDF5 copies the table of functions. The copy must outlive the files that use it: HDF5 1.10 reads it once
+ * more after it has let it go. */
 hid_t hb_disk_access(hb_disk *disk) {
   const H5FD_class_t driver = {
 #if H5_VERSION_GE(1, 13, 0)
@@ -122,12 +123,18 @@ hid_t hb_disk_access(hb_disk *disk) {
     .truncate = disk_truncate,
     .fl_map = H5FD_FLMAP_DICHOTOMY,
   };
-  hid_t access = H5Pcreate(H5P_FILE_ACCESS), id = H5FDregister(&driver);
-  bool good = access >= 0 && id >= 0 && H5Pset_driver(access, id, &disk) >= 0;
-  if (id >= 0) H5FDunregister(id);
+  hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+  if (disk->driver <= 0) disk->driver = H5FDregister(&driver);
+  bool good = access >= 0 && disk->driver > 0 && H5Pset_driver(access, disk->driver, &disk) >= 0;
   good = good && H5Pset_sieve_buf_size(access, 0) >= 0;
   good = good && H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) >= 0;
   if (good) return access;
   if (access >= 0) H5Pclose(access);
   return -1;
+}
+
+/* Only if it was known. */
+void hb_disk_release(hb_disk *disk) {
+  if (disk->driver > 0) H5FDunregister(disk->driver);
+  disk->driver = 0;
 }

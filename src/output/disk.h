@@ -14,10 +14,13 @@ typedef struct hb_disk {
   int fd;           /* -1: not open; closed by the caller after HDF5 has closed the file */
   int error;        /* errno of the first failure, 0: none */
   haddr_t end, eof; /* of what HDF5 has allocated, and of the file */
+  hid_t driver;     /* 0: not known to HDF5 yet */
 } hb_disk;
 
 /* File access properties with this driver; one HDF5 file at a time may be opened with them. Negative on
  * failure; the caller closes them with H5Pclose. */
 hid_t hb_disk_access(hb_disk *disk);
+/* After the last file and property list are closed. */
+void hb_disk_release(hb_disk *disk);
 
 #endif

@@ -39,6 +39,7 @@ static bool drop(hb_writer *w, int *reason) {
   bool good = true;
   hb_layout_count_close(&w->count);
   if (w->file >= 0) good = H5Fclose(w->file) >= 0;
+  hb_disk_release(&w->disk);
   int error = w->disk.error;
   if (w->disk.fd >= 0 && close(w->disk.fd) != 0 && !error) error = errno;
   if (reason) *reason = error;
