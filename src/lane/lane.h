@@ -151,20 +151,28 @@ INLINED lanes down(lanes a, hb_real last) {
   return choose(here, all(last), r);
 }
 
-/* a b + c with one rounding: what libm's fma gives, too, where the processor has no such instruction. */
+/* a b + c with one rounding. */
+#ifdef HB_LANE_FUSED
 INLINED lanes fused(lanes a, lanes b, lanes c) {
-#if defined(HB_LANE_FUSED) && defined(HB_LANE_SINGLE)
+#ifdef HB_LANE_SINGLE
   return (lanes)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
-#elif defined(HB_LANE_FUSED)
-  return (lanes)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
-#elif defined(HB_LANE_SINGLE)
-  for (int l = 0; l < HB_LANES; l++) c[l] = fmaf(a[l], b[l], c[l]);
-  return c;
 #else
-  for (int l = 0; l < HB_LANES; l++) c[l] = fma(a[l], b[l], c[l]);
-  return c;
+  return (lanes)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
 #endif
 }
+#else
+/* What libm gives is the same, where the processor has no such instruction. Inlined it would multiply the
+ * time to compile the kernels, and is no faster. */
+static __attribute__((noinline, unused)) lanes fused(lanes a, lanes b, lanes c) {
+  for (int l = 0; l < HB_LANES; l++)
+#ifdef HB_LANE_SINGLE
+    c[l] = fmaf(a[l], b[l], c[l]);
+#else
+    c[l] = fma(a[l], b[l], c[l]);
+#endif
+  return c;
+}
+#endif
 
 /* a b - c, the same way. */
 INLINED lanes fused_less(lanes a, lanes b, lanes c) { return fused(a, b, -c); }
