@@ -134,7 +134,7 @@ static void one_by_one(void **state) {
   assert_int_equal(hb_state_create(w.model, &copy, &err), HB_OK);
   for (int field = 0; field <= hb_frame_field_count; field++) { /* the last time none */
     uint64_t bit = field < hb_frame_field_count ? (uint64_t)1 << field : 0;
-    for (size_t k = 0; k < copy->count; k++) copy->block[k] = NAN;
+    for (size_t k = 0; k < copy->count; k++) copy->block[k] = (double)NAN;
     hb_sim_snapshot(w.sim, bit & HB_FIELDS_OF_FORCES, copy);
     hb_measure_choose(measure, bit);
     hb_measure_state(measure, copy, w.part);
