@@ -104,7 +104,7 @@ static hb_status make_scene(const cli_bench_case *c, hb_scene_def *def, hb_error
   def->method.threads = c->threads;
   def->method.precision = c->single ? HB_PRECISION_SINGLE : HB_PRECISION_DOUBLE;
   /* what an animation asks for, and floats can give: of both precisions, so that they have the same work */
-  if (strcmp(c->group, "precision") == 0) def->method.length_tolerance = 1e-4;
+  if (c->group && strcmp(c->group, "precision") == 0) def->method.length_tolerance = 1e-4;
   hb_status status = HB_OK;
   for (int r = 0; !status && r < c->rods; r++) {
     def->rod_count = r + 1;

@@ -151,8 +151,8 @@ INLINED lanes down(lanes a, hb_real last) {
   return choose(here, all(last), r);
 }
 
-/* a b + c with one rounding. */
 #ifdef HB_LANE_FUSED
+/* a b + c with one rounding. */
 INLINED lanes fused(lanes a, lanes b, lanes c) {
 #ifdef HB_LANE_SINGLE
   return (lanes)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
@@ -161,8 +161,8 @@ INLINED lanes fused(lanes a, lanes b, lanes c) {
 #endif
 }
 #else
-/* What libm gives is the same, where the processor has no such instruction. Inlined it would multiply the
- * time to compile the kernels, and is no faster. */
+/* a b + c with one rounding: what libm gives is the same, where the processor has no such instruction.
+ * Inlined it would multiply the time to compile the kernels, and is no faster. */
 static __attribute__((noinline, unused)) lanes fused(lanes a, lanes b, lanes c) {
   for (int l = 0; l < HB_LANES; l++)
 #ifdef HB_LANE_SINGLE

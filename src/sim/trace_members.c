@@ -138,6 +138,13 @@ hb_status hb_members_begin(hb_members *m, const hb_trace_family *family, double 
   if (model->rod_count != 1)
     return hb_fail(err, HB_ERR_INPUT, "the scene has %d rods; branches are those of one rod",
                    model->rod_count);
+  const hb_rod_def *rod = &model->def->rods[0];
+  if (model->rods[0].closed)
+    return hb_compile_fail(
+        model->def, rod->line, rod->column, err,
+        "rod \"%s\" is closed; branches are those of a rod with two ends (hebra solve finds "
+        "single equilibria of closed ones)",
+        model->rods[0].name);
   const double *x = hb_sim_const_state(m->first.sim)->x;
   for (int k = 0; k < model->frame_count; k++)
     if (may_turn(model, x, model->frames[k].slot))

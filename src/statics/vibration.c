@@ -40,6 +40,7 @@ static bool frames_free(hb_kkt *kkt, const hb_rod *rod) {
   if (rod->closed_form || rod->frame_count > 0) return false;
   memset(turns, 0, (size_t)kkt->matrix.n * sizeof *turns);
   for (int j = 0; j + 1 < rod->nv; j++) turns[HB_KKT_STRIDE * j + HB_KKT_TURN] = kkt->unknown[j];
+  if (rod->closed) turns[HB_KKT_STRIDE * (rod->nv - 1) + HB_KKT_TURN] = turns[HB_KKT_TURN];
   hb_kkt_multiply(kkt, turns, torque);
   for (int k = HB_KKT_TURN; k < kkt->matrix.n; k += HB_KKT_STRIDE) {
     sum += turns[k] * torque[k];

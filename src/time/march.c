@@ -60,6 +60,10 @@ static hb_status report(const hb_marcher *w, const hb_rod *rod, double size, hb_
       rod->name, size, reason, t->t, t->iterations, t->residual, vertex);
 }
 
+/* What a piece books; one that is not taken has to give it back. */
+static const int books[] = {HB_S_WORK_LOADS, HB_S_WORK_SUPPORTS, HB_S_DISSIPATED};
+enum { BOOKS = sizeof books / sizeof books[0] };
+
 /* Pieces of equal length over what is left, as long as errors and Newton's method allow. */
 hb_status hb_march_rod(hb_marcher *w, const hb_rod *rod, double t, double h, hb_error *err) {
   hb_stepper *s = &w->stepper;
@@ -75,9 +79,12 @@ hb_status hb_march_rod(hb_marcher *w, const hb_rod *rod, double t, double h, hb_
     double pieces = ceil(left / wanted * (1 - 1e-12)), error = 0;
     double size = pieces > 1 ? left / pieces : left, rest = pieces > 1 ? left - size : 0;
     w->trouble = (hb_trouble){.kind = HB_TROUBLE_NONE, .vertex = rod->first, .t = t - left};
+    double booked[BOOKS];
+    for (int k = 0; k < BOOKS; k++) booked[k] = scalar[books[k]];
     bool solved = hb_march_piece(w, rod, t - left, t - rest, &error);
-    bool taken = solved && !(error > allowed && allowed > 0);
+    bool taken = solved && (error <= allowed || !(allowed > 0)); /* an error that is no number is none */
     if (solved && !taken) hb_state_copy_rod(s->model, rod, s->state, s->implicit->begin);
+    for (int k = 0; !taken && k < BOOKS; k++) scalar[books[k]] = booked[k];
     scalar[taken ? HB_S_PIECES : HB_S_REJECTED]++;
     if (taken) left = rest;
     if (!solved)

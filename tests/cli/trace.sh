@@ -56,6 +56,8 @@ run "$HEBRA" trace "$scene" -o "$work/r" --set parameters.q=0.4 --set 'rods[0].r
 wants 2 'the parameter changes the number of vertices'
 run "$HEBRA" trace scenes/statics/strut.yaml -o "$work/r" --set 'trace={parameter: P, from: 2, to: 3}' --set 'rods[0].start.tangent=free'
 wants 2 'may turn'
+run "$HEBRA" trace scenes/rings/michell.yaml -o "$work/r" --set 'trace={parameter: t, from: 0, to: 1}'
+wants 2 'michell.yaml:' 'is closed'
 run "$HEBRA" trace scenes/reed-in-wind.yaml -o "$work/r" --set 'trace={parameter: t, from: 0, to: 1}'; wants 2
 check "nothing is written then" test ! -e "$work/r/branches.csv"
 run "$HEBRA" trace "$scene" --time -1; wants 2 '--time "-1"'

@@ -228,6 +228,27 @@ static void test_error_control(void **state) {
   assert_true(error[1] < 0.5 * error[0] && error[2] < 0.5 * error[1]);
 }
 
+/* A piece that is not taken is not booked: the books close as well as without pieces. */
+static void test_books(void **state) {
+  (void)state;
+  double balance[2], rejected[2];
+  for (int k = 0; k < 2; k++) {
+    trial t = {0};
+    scene_begin(&t.def, "implicit", 0.02);
+    moving_cantilever(&t.def);
+    t.def.method.error_tolerance = k ? 1e-6 : 0;
+    trial_start(&t);
+    trial_run(&t, 50);
+    const hb_frame *now = trial_measure(&t);
+    balance[k] = fabs(now->balance) / (now->kinetic + now->bending + fabs(now->work_loads));
+    rejected[k] = hb_sim_const_state(t.sim)->scalar[HB_S_REJECTED];
+    say("balance %.2e of the energies, %g pieces not taken\n", balance[k], rejected[k]);
+    trial_end(&t);
+  }
+  assert_true(rejected[1] > 0);
+  assert_at_most(balance[1], fmax(0.2 * balance[0], 1e-4));
+}
+
 /* With error control too a restart has the same bits, and so has any number of threads. */
 static void test_bits(void **state) {
   (void)state;
@@ -299,7 +320,8 @@ static void test_trouble(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(test_orders),        cmocka_unit_test(test_energy), cmocka_unit_test(test_huge_steps),
-      cmocka_unit_test(test_error_control), cmocka_unit_test(test_bits),   cmocka_unit_test(test_trouble),
+      cmocka_unit_test(test_error_control), cmocka_unit_test(test_books),  cmocka_unit_test(test_bits),
+      cmocka_unit_test(test_trouble),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
