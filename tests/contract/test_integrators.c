@@ -146,8 +146,8 @@ static void test_symmetric(void **state) {
           away);
       if (hb_integrators[k]->symmetric)
         assert_at_most(away, 1e-10);
-      else
-        assert_true(away > 1e-9);
+      else /* the implicit one of second order nearly comes back, by 1.9e-8 and more */
+        assert_true(away > (hb_integrators[k]->implicit && hb_integrators[k]->order == 2 ? 1e-9 : 1e-6));
       trial_end(&t);
     }
 }
